@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.cli import main
-from bayes_hw.commands.axis import band_file_names
+from bayes_hw.commands.estimate_files import band_file_names
 from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 

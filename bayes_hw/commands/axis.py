@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
-import os
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +15,15 @@ from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_w
 from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
 from bayes_hw.commands.corrected import warn_of_refuted
+from bayes_hw.commands.estimate_files import band_file_names, write_identification
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
 from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.csv_output import write_csv
-from bayes_hw.files import check_output_file, check_output_folder, staged, write_text_atomically
+from bayes_hw.files import check_output_file, check_output_folder, staged
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
-from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.doubts import said_of
 from bayes_hw.infer.inference import discard_checkpoint, infer
@@ -35,15 +33,8 @@ from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance
-from bayes_hw.record import Record
 from bayes_hw.report.page.render import render
 from bayes_hw.report.posterior.posterior_report import posterior_report
-
-SEPARATORS = frozenset("/\\:")
-"""Characters that set folders and drives apart on one system or another."""
-
-LONGEST_NAME = 200
-"""Bytes of a record's name that still fit into the name of a file."""
 
 
 def identify_command(parsed: argparse.Namespace) -> None:
@@ -141,29 +132,6 @@ def write_analysis(out: Path, analysis: Analysis) -> None:
             write_check(place, analysis.check)
         for name, prediction in zip(names, analysis.predictions, strict=True):
             write_prediction(place / name, prediction)
-
-
-def band_file_names(records: Sequence[str]) -> list[str]:
-    """bands_RECORD.csv for every record, numbered instead where names repeat or are no names of files."""
-    usable = all(
-        len(os.fsencode(name)) <= LONGEST_NAME and name.isprintable() and not set(name) & SEPARATORS
-        for name in records
-    )
-    if not usable or len(set(records)) < len(records):
-        return [f"bands_{number}.csv" for number in range(1, len(records) + 1)]
-    return [f"bands_{name}.csv" for name in records]
-
-
-def write_identification(
-    out: Path, identification: Identification, validation: Sequence[RecordFit], records: Sequence[Record]
-) -> None:
-    """model.json and fit.json, both or neither; both name the records by their digests."""
-    origin = {"records": [{"name": record.name, "sha256": record.sha256} for record in records]}
-    content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]} | origin
-    model = identification.model.to_dict() | origin | {"structure": identification.pool.to_dict()}
-    with staged(out) as place:
-        write_text_atomically(place / "model.json", json.dumps(model, indent=2, allow_nan=False) + "\n")
-        write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def sample_command(parsed: argparse.Namespace) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from bayes_hw.analysis import Beginning
 from bayes_hw.commands.drive import drive_of
+from bayes_hw.commands.estimate_files import band_file_names, write_identification
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.csv_output import write_csv
@@ -118,8 +119,6 @@ def from_rest_on(chosen: HeldOut, start: Start) -> tuple[HeldOut, tuple[str, ...
 def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chosen: HeldOut) -> None:
     """verdict.json, corrected.json (model.json is the same), posterior.json of the corrected model, bands of
     what was held out; the model that does not hold goes into a folder of that name. All or none."""
-    from bayes_hw.commands.axis import band_file_names, write_identification
-
     names = band_file_names([record.name for record in chosen.holdout])
     with staged(out, instead_of=PLAIN_FILES) as place:
         diagnosis.write(place)

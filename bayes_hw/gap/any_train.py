@@ -13,7 +13,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress

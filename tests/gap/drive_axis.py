@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale, axis_scale
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode

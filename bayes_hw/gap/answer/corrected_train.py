@@ -19,7 +19,7 @@ from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Units
 

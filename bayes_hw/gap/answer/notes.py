@@ -14,7 +14,7 @@ from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.search.attribute import Attribution
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which another answer must predict left-out blocks better to be spoken of."""

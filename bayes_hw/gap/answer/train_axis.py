@@ -14,8 +14,9 @@ from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, commanded_in,
 from bayes_hw.gap.answer.corrected_train import hypothesis_of
 from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.simulate.chain import Chain, ChainBuilder
+from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_batch import PositionLoop, simulate_loops
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.axis_parameters import AxisParameters
 
 

@@ -17,7 +17,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Whitener
-from bayes_hw.gap.simulate.chain_batch import KnownPositions
+from bayes_hw.gap.simulate.builder import KnownPositions
 
 EVEN = (1.0, 1.0, 0.8, 0.6, 0.4, 0.3, 0.2, 0.1)
 CLOSING_IN = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.04, 0.02)

@@ -14,7 +14,7 @@ from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.noise.random_cause import ROUNDING, Tracking
 from bayes_hw.gap.noise.stochastic import Display, StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Autoregression, no_glitches
-from bayes_hw.gap.simulate.chain_batch import Followed
+from bayes_hw.gap.simulate.builder import Followed
 
 NOISE_ROUNDS = 2
 

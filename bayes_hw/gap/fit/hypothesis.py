@@ -13,8 +13,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.builder import Builder, SignalChain, Signals
-from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
+from bayes_hw.gap.simulate.builder import Builder, Followed, KnownPositions, SignalChain, Signals
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import LogNormal, Transform

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
 from bayes_hw.phrases import listed
-
-if TYPE_CHECKING:
-    from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 """Labels whose effect no simulation follows."""
@@ -24,9 +20,9 @@ WELL_KNOWN = 0.1
 less well."""
 
 
-def sentence(diagnosis: JointDiagnosis) -> str:
-    """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts."""
-    verdict = diagnosis.verdict
+def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
+    """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts the
+    record `held_out`. `simulated` says whether an effect of the answer is in the simulation."""
     does = axis_words(verdict.base)
     if not verdict.answer:
         return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
@@ -34,10 +30,9 @@ def sentence(diagnosis: JointDiagnosis) -> str:
     said = f"{does}; what a model of limits, linear dynamics and dead zone lacks is {lacks}."
     if verdict.answer == (OTHER,):
         return f"{said} No remedy follows from that; the next experiment does."
-    if verdict.answer[0] in RANDOM and not diagnosis.found.fit.labels:
+    if verdict.answer[0] in RANDOM and not simulated:
         return f"{said} It is random: no simulation follows it, and the bands are made wide enough for it."
     share = verdict.gap_holdout.closed
-    held_out = diagnosis.holdout[0].name
     them = "it" if len(verdict.answer) == 1 else "them"
     if verdict.gap_holdout.closed_hdi94[1] < 0:
         return f"{said} With {them} in the model, {held_out}, held out, is predicted worse than without."

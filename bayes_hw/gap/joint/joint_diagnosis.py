@@ -104,7 +104,8 @@ class JointDiagnosis:
     def sentence(self) -> str:
         """What the axis does, what its model lacks and how sure that is."""
         follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
-        return f"{follows} {sentence(self)}".strip()
+        said = sentence(self.verdict, bool(self.found.fit.labels), self.holdout[0].name)
+        return f"{follows} {said}".strip()
 
     def write(self, out: Path) -> None:
         """verdict.json, holdout_prediction.csv (angles of the encoder), corrected.json: all or none."""

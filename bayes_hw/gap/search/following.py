@@ -24,7 +24,7 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen, best_forms
-from bayes_hw.gap.simulate.chain_batch import Followed
+from bayes_hw.gap.simulate.builder import Followed
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.gap.simulate.path import states
 

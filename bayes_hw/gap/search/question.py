@@ -17,7 +17,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.plain_fit import first_sigma
 from bayes_hw.gap.simulate.builder import Builder
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, inner_settings, simulator_scale
 from bayes_hw.identify.holes import masks_of
 

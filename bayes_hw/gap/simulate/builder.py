@@ -3,20 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
+from bayes_hw.gap.simulate.path import Path
+from bayes_hw.gap.simulate.resonator import Resonator
+from bayes_hw.gap.simulate.small_signals import InjectionStates
 from bayes_hw.model.parameters import Parameter
-
-if TYPE_CHECKING:
-    from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
-    from bayes_hw.gap.simulate.path import Path
-    from bayes_hw.gap.simulate.resonator import Resonator
-    from bayes_hw.gap.simulate.small_signals import InjectionStates
 
 Signals: TypeAlias = tuple[FloatArray, FloatArray]
 """w and y of one record, both (samples, chains)."""
+
+
+@dataclass(frozen=True)
+class KnownPositions:
+    """Positions of the axis (samples,), one array a record, at which its ripple is taken by `share`: it acts
+    that share of the way from the simulated w to them."""
+
+    positions: Sequence[FloatArray]
+    share: float
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Measured outputs (samples,), one array a record, infinite where there is no reading, and what a unit of
+    the difference from them adds to the states that torques drive (states,).
+
+    `spread` is the standard deviation of that difference, in units of the encoder's noise.
+    """
+
+    measured: Sequence[FloatArray]
+    gains: FloatArray
+    spread: float
 
 
 class SignalChain(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,13 +12,12 @@ from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.batch_kernel import delay, in_lanes, lanes_of, silence
+from bayes_hw.gap.simulate.builder import Followed, KnownPositions
+from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import simulate_lanes
 from bayes_hw.gap.simulate.columns import part
 from bayes_hw.gap.simulate.path import states
 from bayes_hw.model.lanes import padded_to_lanes
-
-if TYPE_CHECKING:
-    from bayes_hw.gap.simulate.chain import Chain
 
 TORQUE_STEP = 0.005
 """s; step of a simulation with torques that depend on the motion."""
@@ -35,28 +34,6 @@ class ChainSignals(NamedTuple):
 
     w: FloatArray
     y: FloatArray
-
-
-@dataclass(frozen=True)
-class KnownPositions:
-    """Positions of the axis (samples,), one array a record, at which its ripple is taken by `share`: it acts
-    that share of the way from the simulated w to them."""
-
-    positions: Sequence[FloatArray]
-    share: float
-
-
-@dataclass(frozen=True)
-class Followed:
-    """Measured outputs (samples,), one array a record, infinite where there is no reading, and what a unit of
-    the difference from them adds to the states that torques drive (states,).
-
-    `spread` is the standard deviation of that difference, in units of the encoder's noise.
-    """
-
-    measured: Sequence[FloatArray]
-    gains: FloatArray
-    spread: float
 
 
 @dataclass(frozen=True, eq=False)

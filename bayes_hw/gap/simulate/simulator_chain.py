@@ -15,8 +15,7 @@ from bayes_hw.gap.case.force import Force
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import Simulator, SimulatorWithDoors
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.builder import Signals
-from bayes_hw.gap.simulate.chain_batch import Followed, KnownPositions
+from bayes_hw.gap.simulate.builder import Followed, KnownPositions, Signals
 from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.resonator import Resonator

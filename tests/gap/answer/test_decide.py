@@ -17,7 +17,7 @@ from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import is_far_ahead
 from bayes_hw.gap.noise.stochastic import StochasticFit
 from bayes_hw.gap.noise.whitener import Plain
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder
 
 SURPRISES = {"input": 2.0, "linear": 60.0, "drive": 4.0, "disturbance": 0.0, "sensor": 1.0}

@@ -23,7 +23,6 @@ from bayes_hw.gap.criticism.free_functions import (
 )
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Plain
-from bayes_hw.gap.simulate.small_signals import small_responses
 from bayes_hw.model.blocks import DeadZone
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -71,7 +70,7 @@ def test_a_shape_of_a_block_is_found_there(block: str) -> None:
     chain = fit.hypothesis.chain(fit.values)
     moved = motions(fit, INPUTS)
     door, shapes = {**shapes_of_blocks(moved), **shapes_that_only_tell(moved)}[block]
-    response = [small_responses(chain, door, np.ascontiguousarray(s[:, 1:2])) for s in shapes]
+    response = [chain.small_responses(door, np.ascontiguousarray(s[:, 1:2])) for s in shapes]
     if door != "output":
         response = [m.shown(r) for m, r in zip(moved, response, strict=True)]
     response = [r[:, 0] for r in response]
@@ -102,7 +101,7 @@ def test_nothing_of_a_function_shows_inside_the_dead_zone() -> None:
     for motion, (_, y), before in zip(moved, clean, fit.simulated, strict=True):
         inside = np.abs(motion.command) < np.abs(motion.limited) + 1e-12
         added = np.where(inside, 0.002 * np.abs(motion.limited), 0.0)[:, None]
-        told = motion.shown(small_responses(chain, "command", added))[:, 0]
+        told = motion.shown(chain.small_responses("command", added))[:, 0]
         assert np.sqrt(np.mean((told - (y - before)) ** 2)) < 0.1 * np.std(y - before)
 
 

@@ -12,7 +12,7 @@ from scipy.ndimage import binary_erosion
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.free_functions import Motion, motions
 from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 CHAIN = ChainBuilder(AXIS).chain(ChainBuilder(AXIS).axis.nominal)

@@ -10,8 +10,8 @@ from bayes_hw.gap.criticism.block_functions import block_surprises
 from bayes_hw.gap.criticism.free_functions import motions
 from bayes_hw.gap.criticism.springs import AMPLITUDES, shapes_of_springs
 from bayes_hw.gap.effects.catalogue import CubicStiffness
-from bayes_hw.gap.simulate.chain import Chain, ChainBuilder
-from bayes_hw.gap.simulate.small_signals import small_responses, torsions
+from bayes_hw.gap.simulate.chain import Chain
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
@@ -30,7 +30,7 @@ def test_torsion_is_motor_less_load() -> None:
     for k, u in enumerate(INPUTS[0]):
         expected[k] = (c[MOTOR_ANGLE] - c[W]) @ x
         x = ad @ x + bd[:, 0] * u
-    found = torsions(chain_of(), INPUTS[0][:, None])[:, 0]
+    found = chain_of().torsions(INPUTS[0][:, None])[:, 0]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
 
 
@@ -41,7 +41,7 @@ def test_a_slightly_stiffer_spring_acts_by_its_torsion() -> None:
     chain, fit = chain_of(), with_residuals([np.zeros(SAMPLES)] * 2)
     limited = motions(fit, INPUTS)[0].limited
     torque = chain.stiffness[1] * cubic * chain.torsions(limited[:, None]) ** 3
-    response = small_responses(chain, "gear_torque", torque)[:, 0]
+    response = chain.small_responses("gear_torque", torque)[:, 0]
     np.testing.assert_allclose(response @ (stiff - plain), response @ response, rtol=0.05)
 
 

@@ -8,8 +8,8 @@ from typing import cast
 import pytest
 
 from bayes_hw.gap.answer.shrink import Closure
+from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.joint.finding import sentence
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 
 
 def said(closed: float, interval: tuple[float, float]) -> str:
@@ -20,11 +20,7 @@ def said(closed: float, interval: tuple[float, float]) -> str:
         base={},
         gap_holdout=Closure(0.02, 0.01, 0.005, closed, interval),
     )
-    fit = SimpleNamespace(labels=("friction",))
-    found = SimpleNamespace(
-        verdict=verdict, found=SimpleNamespace(fit=fit), holdout=[SimpleNamespace(name="c")]
-    )
-    return sentence(cast(JointDiagnosis, found))
+    return sentence(cast(Verdict, verdict), simulated=True, held_out="c")
 
 
 @pytest.mark.parametrize(

@@ -22,8 +22,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen
-from bayes_hw.gap.simulate.chain import ChainBuilder
-from bayes_hw.gap.simulate.small_signals import small_responses
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 
 INPUTS = [command(600, seed) for seed in (11, 12)]
 
@@ -92,13 +91,13 @@ def test_small_responses_are_those_of_the_chain() -> None:
     pulse = np.zeros((200, 1))
     pulse[0] = 0.1
     w = found.simulate_signals(builder.axis.nominal, [pulse[:, 0]])[0][0]
-    response = small_responses(chain, "command", pulse)[:, 0]
+    response = chain.small_responses("command", pulse)[:, 0]
     delayed = np.concatenate([np.zeros(AXIS.linear.delay_samples), response])[:200]
     np.testing.assert_allclose(w, delayed, atol=1e-12)
     signals = np.random.default_rng(0).normal(size=(200, 20))
-    np.testing.assert_array_equal(small_responses(chain, "output", signals), signals)
+    np.testing.assert_array_equal(chain.small_responses("output", signals), signals)
     expected = np.stack([np.convolve(response / 0.1, s)[:200] for s in signals.T], axis=1)
-    np.testing.assert_allclose(small_responses(chain, "command", signals), expected, atol=1e-12)
+    np.testing.assert_allclose(chain.small_responses("command", signals), expected, atol=1e-12)
 
 
 def test_a_torque_between_motor_and_load_is_in_one_path() -> None:
@@ -106,9 +105,9 @@ def test_a_torque_between_motor_and_load_is_in_one_path() -> None:
     builder = ChainBuilder(AXIS)
     chain = builder.chain(builder.axis.nominal)
     signals = np.random.default_rng(1).normal(size=(200, 3))
-    on_motor, on_load = (small_responses(chain, door, signals) for door in ("motor_torque", "load_torque"))
+    on_motor, on_load = (chain.small_responses(door, signals) for door in ("motor_torque", "load_torque"))
     expected = on_load - chain.stiffness[0] / chain.stiffness[1] * on_motor
-    found = small_responses(chain, "gear_torque", signals)
+    found = chain.small_responses("gear_torque", signals)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
@@ -122,5 +121,5 @@ def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
     for i, (pole, gain) in enumerate(zip(path.poles, path.inputs[0] * path.outputs[0], strict=True)):
         times = 1 if i < path.real_count else 2
         expected += times * np.real(gain * (np.exp(pole * t) - 1) / pole)
-    found = small_responses(chain, "motor_torque", np.ones((400, 1)))[:, 0]
+    found = chain.small_responses("motor_torque", np.ones((400, 1)))[:, 0]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -58,7 +58,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import BristleFriction, BristleFrictionAtLoad, StribeckFrictionAtLoad
 from bayes_hw.gap.effects.linear import ModeOnStructure
 from bayes_hw.gap.effects.sensor import OvalEncoder, OvalReading
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.drive_train import DriveTrain
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

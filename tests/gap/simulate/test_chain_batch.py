@@ -14,8 +14,9 @@ from bayes_hw.gap.effects.drive import LoadRipple, MeshRipple, TorqueRipple
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.chain import ChainBuilder
-from bayes_hw.gap.simulate.chain_batch import KnownPositions, simulate_chains, substeps_of
+from bayes_hw.gap.simulate.builder import KnownPositions
+from bayes_hw.gap.simulate.chain_batch import simulate_chains, substeps_of
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 
 EVERY = catalogue()
 RIPPLES = [TorqueRipple(), LoadRipple(), MeshRipple()]

@@ -20,8 +20,8 @@ from drive_axis import (
 )
 
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.chain import ChainBuilder
 from bayes_hw.gap.simulate.chain_batch import simulate_chains
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles, continuous_poles
 from bayes_hw.gap.simulate.drive_train import DriveTrain, UnknownTrain, realise
 from bayes_hw.gap.simulate.path import Path

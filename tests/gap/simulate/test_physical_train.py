@@ -11,7 +11,7 @@ from scipy.signal import cont2discrete
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import needs_ports
-from bayes_hw.gap.simulate.chain import ChainBuilder
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.physical_train import PhysicalTrain
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

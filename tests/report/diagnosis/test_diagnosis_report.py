@@ -18,7 +18,7 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.residual_map import residual_map
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
 from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
-from bayes_hw.gap.simulate.chain_batch import Followed
+from bayes_hw.gap.simulate.builder import Followed
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Record, Units

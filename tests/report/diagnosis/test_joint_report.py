@@ -11,7 +11,6 @@ import pytest
 from browser import Browser
 from page_checks import check_page
 
-from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.provenance import provenance
 from bayes_hw.report.diagnosis.joint_report import joint_report
@@ -62,7 +61,7 @@ def test_the_card_and_the_sentence_state_one_probability(
 ) -> None:
     found = answering(diagnosis, ("friction",), sure)
     page = friction if sure == 0.995 else page_of(found)
-    assert f"friction ({100 * sure:.3g} % sure)" in sentence(found)
+    assert f"friction ({100 * sure:.3g} % sure)" in found.sentence()
     assert page.badges[0].detail.replace("\u00a0", " ").startswith(f"{100 * sure:.1f} % sure")
     assert page.badges[0].state == ("good" if sure > 0.9 else "warn")
 
