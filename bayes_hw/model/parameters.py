@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import special
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal, Prior, Transform
@@ -19,6 +20,14 @@ class Parameter:
     nominal: float
     prior: Prior
     transform: Transform
+
+    @property
+    def coordinate_sd(self) -> float:
+        """Half of what lies between the coordinates at one standard deviation of a normal to either side of
+        the prior's median: the standard deviation where the coordinate is normal."""
+        either_side = self.prior.quantile(special.ndtr(np.array([-1.0, 1.0])))
+        below, above = np.sort(self.transform.to_coordinate(either_side))
+        return float(above - below) / 2
 
 
 def as_coordinates(parameters: tuple[Parameter, ...], values: FloatArray) -> FloatArray:

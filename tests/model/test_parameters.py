@@ -55,3 +55,17 @@ def test_vector_of_parameters_gives_what_each_gives_alone() -> None:
     np.testing.assert_allclose(vector.log_prior(q, values), log_prior(parameters, q), rtol=1e-12)
     wrong = ParameterVector((Parameter("x", "", 1.0, LogNormal(-1.0, 0.3), Logarithm()),))
     assert (wrong.log_prior(q[:1], wrong.values(q[:1])) == -np.inf).all()
+
+
+@pytest.mark.parametrize(("prior", "transform"), COORDINATES)
+def test_spread_of_a_coordinate_is_that_of_its_draws(prior: Prior, transform: Transform) -> None:
+    draws = transform.to_coordinate(prior.quantile(np.linspace(0.0005, 0.9995, 1000)))
+    middle = np.quantile(draws, [0.158655, 0.841345])
+    found = Parameter("x", "", 1.0, prior, transform).coordinate_sd
+    assert found == pytest.approx(float(np.diff(middle)[0]) / 2, rel=0.01)
+
+
+def test_spread_of_a_normal_coordinate_is_its_standard_deviation() -> None:
+    cases = zip(COORDINATES[:3], (0.4, 0.3, 0.3), strict=True)
+    for (prior, transform), sd in cases:
+        assert Parameter("x", "", 1.0, prior, transform).coordinate_sd == pytest.approx(sd)

@@ -16,7 +16,7 @@ from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Builder, Followed, KnownPositions, SignalChain, Signals
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.parameters import Parameter
-from bayes_hw.model.priors import LogNormal, Transform
+from bayes_hw.model.priors import Transform
 
 BASE_DERIVATIVE_STEP = 3e-4
 
@@ -234,7 +234,7 @@ class Hypothesis:
     @cached_property
     def prior_sds(self) -> FloatArray:
         """Standard deviation of every prior in coordinates."""
-        return np.array([_prior_sd(parameter) for parameter in self.parameters])
+        return np.array([parameter.coordinate_sd for parameter in self.parameters])
 
 
 def held_within_prior(hypothesis: Hypothesis, drawn: FloatArray, centre: FloatArray) -> FloatArray:
@@ -243,8 +243,3 @@ def held_within_prior(hypothesis: Hypothesis, drawn: FloatArray, centre: FloatAr
     deviations = np.abs(hypothesis.prior_deviations(drawn)[:, : hypothesis.base_count])
     farthest = np.max(deviations, axis=1, keepdims=True)
     return np.asarray(centre + (drawn - centre) * (LARGEST_STRAIN / np.maximum(farthest, LARGEST_STRAIN)))
-
-
-def _prior_sd(parameter: Parameter) -> float:
-    prior = parameter.prior
-    return float(prior.log_sd if isinstance(prior, LogNormal) else prior.sd)  # type: ignore[attr-defined]

@@ -130,8 +130,7 @@ class SimulatorBuilder:
     @cached_property
     def start_spreads(self) -> FloatArray:
         """Those of the priors."""
-        priors = [parameter.prior for parameter in self.base_parameters]
-        return np.array([p.log_sd if isinstance(p, LogNormal) else p.sd for p in priors])  # type: ignore[attr-defined]
+        return np.array([parameter.coordinate_sd for parameter in self.base_parameters])
 
     def speed_per_gain(self, values: FloatArray) -> FloatArray:
         """One: no parameter is known to scale the speed."""
