@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from own_process import run_python
 
 from bayes_hw.errors import InputError
 from bayes_hw.formats import bag_file
@@ -85,9 +85,7 @@ def test_a_message_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tm
         "except InputError as error: print('inflates' in str(error))\n"
         "print(max(resource.getrusage(who).ru_maxrss for who in (0, -1)))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(folder)], capture_output=True, text=True, check=True
-    )
+    done = run_python("-c", code, folder, check=True)
     refused, kilobytes = done.stdout.split()
     assert refused == "True"
     assert int(kilobytes) * 1024 < 1e9

@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from own_process import run_python
 
 from bayes_hw.formats import hdf5_probe
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
@@ -97,7 +98,7 @@ def test_a_chunk_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tmp_
         "sound = is_sound_hdf5(Path(sys.argv[1]));"
         "print(sound, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
+    done = run_python("-c", code, path, check=True)
     sound, kilobytes = done.stdout.split()
     assert sound == "False"
     assert int(kilobytes) * 1024 < 1e9

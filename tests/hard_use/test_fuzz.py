@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from drawn_posterior import posterior_of
+from own_process import run_python
 
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -38,9 +37,7 @@ def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path, seco
     work = tmp_path / "fuzz"
     work.mkdir()
     script = Path(__file__).with_name("fuzz.py")
-    done = subprocess.run(
-        [sys.executable, script, str(seconds), SEED, work, posterior], capture_output=True, text=True
-    )
+    done = run_python(script, seconds, SEED, work, posterior)
     assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
     found = json.loads(done.stdout.splitlines()[-1])
     assert found["peak_mb"] < 1024

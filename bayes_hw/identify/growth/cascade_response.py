@@ -93,7 +93,7 @@ class CascadeResponse:
         would lead back from beyond all commands), a half width is not negative, reflection coordinates stay
         within what `MAX_REFLECTION` allows."""
         s, found, at = self.structure, coordinates.copy(), 0
-        for present, outermost in zip((s.lower, s.upper), self._outermost_limits, strict=True):
+        for present, outermost in zip((s.lower, s.upper), self.outermost_limits, strict=True):
             if present:
                 if found[at] * previous[at] <= 0.04 * previous[at] ** 2:
                     found[at] = 0.2 * previous[at]
@@ -108,7 +108,7 @@ class CascadeResponse:
         return found
 
     @cached_property
-    def _outermost_limits(self) -> tuple[float, float]:
+    def outermost_limits(self) -> tuple[float, float]:
         return outermost_limits(self.records)
 
     def pole_rows(self) -> list[int]:

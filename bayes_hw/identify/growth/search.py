@@ -17,6 +17,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
 from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
+from bayes_hw.identify.growth.limit_starts import with_limits_anew
 from bayes_hw.identify.growth.lowered import clipped, commands
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
 from bayes_hw.identify.noise import MAX_ORDER
@@ -207,11 +208,16 @@ def absorbed(item: Grown) -> bool:
 
 
 def _keep(pool: dict[int, Grown], found: Grown) -> None:
-    paired = repaired(found.structure, found.values)
-    if paired is not None:
-        records, most_noise = found.response.records, found.point.most_noise
-        again = Grown.at(found.structure, paired, records, most_noise).descended()
-        found = likeliest([found, again])
+    found = _at_least(found, repaired(found.structure, found.values))
+    found = _at_least(found, with_limits_anew(found.response, found.values))
     order = found.structure.order
     if order not in pool or pool[order].log_likelihood < found.log_likelihood:
         pool[order] = found
+
+
+def _at_least(item: Grown, values: CascadeValues | None) -> Grown:
+    """`item`, or what a descent from other values of it finds where that is likelier."""
+    if values is None:
+        return item
+    again = Grown.at(item.structure, values, item.response.records, item.point.most_noise)
+    return likeliest([item, again.descended()])
