@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayes_hw.format_names import POSTERIOR
 from bayes_hw.gap.answer.verdict import Estimate
-from bayes_hw.infer.posterior import SCHEMA
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
@@ -28,7 +28,7 @@ def corrected_posterior(diagnosis: JointDiagnosis) -> dict[str, object]:
         for name, e in {**verdict.base, **verdict.parameters}.items()
     }
     return {
-        "schema": SCHEMA,
+        "schema": POSTERIOR,
         "parameters": parameters,
         "converged": True,
         "problems": [],
