@@ -65,4 +65,4 @@ def test_nothing_that_computes_is_imported_for_a_refusal(tmp_path: Path) -> None
         check=True,
     )
     assert json.loads(done.stdout) == []
-    assert len(done.stderr.splitlines()) == len(mistakes)
+    assert len(done.stderr.splitlines()) == len(mistakes) + len(no_files)
