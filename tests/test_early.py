@@ -55,8 +55,8 @@ def test_nothing_that_computes_is_imported_for_a_refusal(tmp_path: Path) -> None
         ["predict", "--posterior", str(tmp_path), a],
         ["design", "--posterior", str(tmp_path)],
     ]
-    (tmp_path / "verdict.json").write_text('{"schema": "bayes-hw/verdict/1", "answer": "friction"}')
-    no_files = [["validate", str(tmp_path / "absent.json")], ["validate", str(tmp_path / "verdict.json")]]
+    (case / "verdict.json").write_text('{"schema": "bayes-hw/verdict/1", "answer": "friction"}')
+    no_files = [["validate", str(tmp_path / "absent.json")], ["validate", str(case / "verdict.json")]]
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         input=json.dumps([*([*each, *out] for each in mistakes), *no_files]),
