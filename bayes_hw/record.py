@@ -148,7 +148,7 @@ class Record:
         """
         stamps, rate, command, angle = uniform_columns(name, t, u, y, sample_rate_hz)
         angle = np.full(len(command), np.nan) if angle is None else angle
-        measured = ~np.isnan(angle)
+        measured = None if not np.isnan(angle).any() else ~np.isnan(angle)
         held = units if isinstance(units, Units) else Units.from_dict(units or {})
         clock = NO_CLOCK if t is None else "s"
         return cls(name, stamps, command, angle, rate, held, measured=measured, clock=clock)
