@@ -48,7 +48,7 @@ def test_effective_sample_size_agrees_with_arviz(tau: float) -> None:
 
 
 def test_r_hat_of_independent_draws_is_a_number() -> None:
-    """About one where they are of one distribution, beyond where they wander; one where there is one alone."""
+    """About one where they are of one distribution, beyond where they wander; one where there is one."""
     rng = np.random.default_rng(4)
     assert r_hat_of_draws(rng.standard_normal(402)) == pytest.approx(1, abs=0.02)
     assert r_hat_of_draws(np.cumsum(rng.standard_normal(400))) > 1.1
