@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.following import Following, following
+from bayes_hw.following import Following, following, relation
 from bayes_hw.posing import Origin, Posed, Start, posed
 from bayes_hw.quantities import speed_of, spelt
 from bayes_hw.record import Record, Units
@@ -54,13 +54,15 @@ def enter(
 ) -> Posed:
     """The records, found to be free of mistakes, as `posed` poses them, with warnings among the notes.
 
-    Raises InputError, in one sentence with its remedy, where a record appears twice or is its own hold-out;
-    where rates or units of records or of the model differ; and where command and angle are swapped, of
-    other units than stated, at a rate wrong by ten, or of opposite signs. What is `accepted`, by the kinds of
-    `record_checks.Finding`, is not refused; where the records were `looked_at`, their findings are known.
+    Raises InputError, in one sentence with its remedy, where a record appears twice or is its own hold-out,
+    or moves against its command where another moves with it; where rates or units of records or of the model
+    differ; and where command and angle are swapped, of other units than stated, at a rate wrong by ten, or
+    of opposite signs. What is `accepted`, by the kinds of `record_checks.Finding`, is not refused; where the
+    records were `looked_at`, their findings are known.
     """
     everything = (*records, *holdout)
     check_repeats(records, holdout)
+    check_signs(everything)
     rates = [one.sample_rate_hz for one in (*everything, *(() if model is None else (model,)))]
     if max(rates, default=1.0) > (1 + RATE_TOLERANCE) * min(rates, default=1.0) and "scale" not in accepted:
         for record in everything:
@@ -96,6 +98,21 @@ def check_repeats(records: Sequence[Record], holdout: Sequence[Record] = ()) -> 
                     f"{_place(held)}: is held out but its samples are in {_place(record)}, which the model "
                     "is fitted to; hold out another record, or split one"
                 )
+
+
+def check_signs(records: Sequence[Record]) -> None:
+    """Raise InputError where one record moves with its command and another against it."""
+    ways = {
+        relation(record.u, record.y, record.sample_rate_hz): record
+        for record in records
+        if record.has_output and not record.measures_speed
+    }
+    if {"follows", "inverted"} <= set(ways):
+        raise InputError(
+            f"{_place(ways['inverted'])}: moves against its command, and {_place(ways['follows'])} with it: "
+            "the sign of the angle or of the command is inverted in one of them; turn it with bayes-hw "
+            "convert --reverse"
+        )
 
 
 def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool = False) -> list[str]:
@@ -136,7 +153,8 @@ def scale_finding(record: Record) -> Finding | None:
     if not record.has_output or record.measures_speed:
         return None
     expected = speed_of(record.units.output, record.units.input)
-    return wrong_scale(record.u, record.y, record.sample_rate_hz, expected, record.clock)
+    units = (spelt(record.units.input), spelt(record.units.output))
+    return wrong_scale(record.u, record.y, record.sample_rate_hz, expected, record.clock, units)
 
 
 def check_response(record: Record, model: SimulatedAxis) -> bool:
@@ -160,7 +178,8 @@ def check_response(record: Record, model: SimulatedAxis) -> bool:
             f"{_place(record)}: moves against what the model says of its command (correlation of the speeds "
             f"{found.signed:.2f}): the sign of the angle or of the command is inverted; turn one of them"
         )
-    guesses = mistakes_of(found.gain, record.sample_rate_hz, record.clock)
+    units = (spelt(record.units.input), spelt(record.units.output))
+    guesses = mistakes_of(found.gain, record.sample_rate_hz, record.clock, units)
     if guesses:
         raise InputError(
             f"{_place(record)}: moves {found.gain:.3g} times as fast as the model says of its command: "
@@ -190,6 +209,7 @@ def speeds_compared(expected: FloatArray, angle: FloatArray, rate_hz: float) -> 
 
 
 def _check_alike(record: Record, units: Units, rate_hz: float, name: str, tolerance: float = 1e-6) -> None:
+    """Raise InputError where units or rate of a record are not those of `name`."""
     for role, own, other in (
         ("input", record.units.input, units.input),
         ("output", record.units.output, units.output),
@@ -199,7 +219,17 @@ def _check_alike(record: Record, units: Units, rate_hz: float, name: str, tolera
                 f"{_place(record)}: its {role} is in {own}, that of {name} in {other}; convert the record, "
                 f"or correct what is said of it with --{role}-unit"
             )
-    if abs(record.sample_rate_hz / rate_hz - 1) > tolerance:
+    check_rate(record, rate_hz, name, tolerance)
+
+
+def has_rate(record: Record, rate_hz: float, tolerance: float = RATE_TOLERANCE) -> bool:
+    """Whether a record is sampled at `rate_hz`."""
+    return abs(record.sample_rate_hz / rate_hz - 1) <= tolerance
+
+
+def check_rate(record: Record, rate_hz: float, name: str, tolerance: float = RATE_TOLERANCE) -> None:
+    """Raise InputError where a record is sampled at another rate than `name` is for."""
+    if not has_rate(record, rate_hz, tolerance):
         raise InputError(
             f"{_place(record)}: sampled at {record.sample_rate_hz:g} Hz but {name} is for {rate_hz:g} Hz; "
             f"resample with --resample {rate_hz:g}"

@@ -9,11 +9,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from bayes_hw.control.controller import SCHEMA as CONTROLLER_SCHEMA
-from bayes_hw.gap.answer.verdict import SCHEMA as VERDICT_SCHEMA
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.effects.effect import BLOCKS
-from bayes_hw.infer.posterior import SCHEMA as POSTERIOR_SCHEMA
+from bayes_hw.format_names import CONTROLLER, POSTERIOR, VERDICT
+from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS
 
 Schema: TypeAlias = dict[str, Any]
 
@@ -145,7 +142,7 @@ def controller_schema() -> Schema:
     return record_of(
         {"sample_rate_hz": POSITIVE, "proportional": NUMBER},
         {
-            "schema": {"const": CONTROLLER_SCHEMA},
+            "schema": {"const": CONTROLLER},
             "name": TEXT,
             "type": TEXT,
             "integral": NUMBER,
@@ -178,7 +175,7 @@ def posterior_schema() -> Schema:
     )
     return record_of(
         {
-            "schema": {"const": POSTERIOR_SCHEMA},
+            "schema": {"const": POSTERIOR},
             "parameters": named(summary),
             "converged": {"type": "boolean"},
             "seconds": NOT_NEGATIVE,
@@ -212,7 +209,7 @@ def verdict_schema() -> Schema:
     )
     return record_of(
         {
-            "schema": {"const": VERDICT_SCHEMA},
+            "schema": {"const": VERDICT},
             "answer": listed(TEXT, 0, 2),
             "probability": {
                 "type": "object",

@@ -15,14 +15,16 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
+from bayes_hw.formats.dataframe_table import table_of_dataframe
+from bayes_hw.formats.table import Table
 from bayes_hw.formats.xarray_table import table_of_xarray
 from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
-from bayes_hw.record_columns import columns_of_table, uniform_columns
-from bayes_hw.record_files import FileContent, parts_of_table, read_parts
+from bayes_hw.record_columns import uniform_columns
+from bayes_hw.record_files import FileContent, asked_options, parts_of_table, read_parts
 from bayes_hw.scale_checks import NO_CLOCK
 from bayes_hw.units import Units
 
@@ -30,12 +32,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 __all__ = ["Columns", "ReadingOptions", "Record", "Units"]
-
-
-def _one(contents: list[FileContent], name: str) -> list[FileContent]:
-    if len(contents) > 1:
-        raise InputError(f"{name}: its gaps make {len(contents)} records of it; select one before")
-    return contents
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +142,13 @@ class Record:
     ) -> Record:
         """A record of columns (samples,): time in s, command, measured angle.
 
-        Without `t` the samples are `sample_rate_hz` apart; without `y` the record is a command alone. Raises
-        InputError where neither time nor rate is given, the two disagree, or the time is not uniform.
+        Without `t` the samples are `sample_rate_hz` apart; where `y` is NaN it was not measured, and without
+        it the record is a command alone. Raises InputError where neither time nor rate is given, the two
+        disagree, or the time is not uniform.
         """
         stamps, rate, command, angle = uniform_columns(name, t, u, y, sample_rate_hz)
-        measured = None
-        if angle is None:
-            angle, measured = np.zeros(len(command)), np.zeros(len(command), dtype=np.bool_)
+        angle = np.full(len(command), np.nan) if angle is None else angle
+        measured = None if not np.isnan(angle).any() else ~np.isnan(angle)
         held = units if isinstance(units, Units) else Units.from_dict(units or {})
         clock = NO_CLOCK if t is None else "s"
         return cls(name, stamps, command, angle, rate, held, measured=measured, clock=clock)
@@ -165,15 +161,20 @@ class Record:
         columns: Columns | None = None,
         sample_rate_hz: float | None = None,
         units: Units | Mapping[str, str] | None = None,
+        options: ReadingOptions | None = None,
         name: str = "record",
     ) -> Record:
-        """A record of a table's columns t, u, y, or those that `columns` names.
+        """One record of a table's columns t, u, y, or those that `columns` names, as if read from a file.
 
-        Where there is no such column of time, an index of dates and times stands for it. Raises InputError as
-        `from_arrays`, and at a column that is missing.
+        Times may be numbers or dates, and an index of dates stands for a column of time that is missing; a
+        rate stands for both. What is NaN was not measured; without an angle the record is a command alone.
+        `options` and `units` as for `read`. Raises InputError as that does.
         """
-        found = columns_of_table(table, columns or Columns(), sample_rate_hz)
-        return cls.from_arrays(*found, sample_rate_hz=sample_rate_hz, units=units, name=name)
+        asked = asked_options(options, columns, sample_rate_hz, None, units)
+        found = table_of_dataframe(table, asked.columns.time)
+        if asked.columns.time not in found.values and sample_rate_hz is not None:
+            asked = replace(asked, columns=replace(asked.columns, time=None))
+        return cls._of_table(found, replace(asked, needs_output=False), name)
 
     def to_dataframe(self) -> pd.DataFrame:
         """One row a sample: t, u, the measured angle y and known signals, as `columns` gives them."""
@@ -219,17 +220,8 @@ class Record:
         else what its numbers are in; what nobody states is deg/s and deg. Raises InputError where the file
         holds no record, or gaps make several of it: `read_all` gives those.
         """
-        chosen = options or ReadingOptions()
-        given = units.to_dict() if isinstance(units, Units) else dict(units or {})
         with in_python():
-            asked = replace(
-                chosen,
-                columns=columns or chosen.columns,
-                sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
-                resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
-                units={**chosen.units, **given},
-            )
-            records = cls.read_all(path, asked)
+            records = cls.read_all(path, asked_options(options, columns, sample_rate_hz, resample_hz, units))
         if len(records) > 1:
             raise InputError(
                 f"{path}: its gaps make {len(records)} records of it; read them with Record.read_all"
@@ -240,10 +232,7 @@ class Record:
     def read_all(cls, path: Path | str, options: ReadingOptions | None = None) -> list[Record]:
         """Every record of a file: one, or those that `options.gaps` makes of it."""
         path = Path(path)
-        chosen = options or ReadingOptions()
-        given = Units.from_dict(dict(chosen.units)).to_dict()
-        asked = {role: given[role] for role in ("input", "output") if role in chosen.units}
-        contents = read_parts(path, replace(chosen, units=asked))
+        contents = read_parts(path, options or ReadingOptions())
         several = len(contents) > 1
         return [
             cls._of_content(path, content, f"_{number}" if several else "")
@@ -279,9 +268,15 @@ class Record:
         Variables and coordinates are columns, times may be numbers or dates, and attributes `units` are the
         units that it states. Raises InputError where it holds no record.
         """
-        chosen = options or ReadingOptions()
-        (content,) = _one(parts_of_table(Path(name), table_of_xarray(dataset), chosen), name)
-        return cls._of_content(Path(name), content, "")
+        return cls._of_table(table_of_xarray(dataset), options or ReadingOptions(), name)
+
+    @classmethod
+    def _of_table(cls, table: Table, options: ReadingOptions, name: str) -> Record:
+        with in_python():
+            contents = parts_of_table(Path(name), table, options)
+        if len(contents) > 1:
+            raise InputError(f"{name}: its gaps make {len(contents)} records of it; select one before")
+        return replace(cls._of_content(Path(name), contents[0], ""), name=name, source="")
 
     def converted(self, units: Units) -> Record:
         """The record in other units; raises InputError where they measure something else."""

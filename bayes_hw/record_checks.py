@@ -128,19 +128,22 @@ def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) 
 
     `expected` as in `wrong_scale`. Either an encoder that reads something new at nearly every other sample
     stays while the command moves, or the angle has moved on by more than three of its steps when it shows
-    again: rest, a dead zone and coarse readings are none.
+    again: rest, a dead zone and coarse readings are none, nor is a largest or smallest reading that it leaves
+    as it moves.
     """
     first, stop = _longest_run(y)
     if (stop - first) / rate_hz < STUCK_SECONDS or stop - first < STUCK_SHARE * len(y):
         return None
     steps = np.diff(y)
     elsewhere = np.concatenate([steps[: max(first - 1, 0)], steps[stop:]])
-    is_limit = y[first] in (y.max(), y.min()) and int(np.sum(y == y[first])) > 1.2 * (stop - first)
+    jump = abs(float(y[stop] - y[stop - 1])) if stop < len(y) else 0.0
+    comes_back = 0 < jump <= float(np.abs(elsewhere).max(initial=0.0))
+    again = int(np.sum(y == y[first])) > 1.2 * (stop - first)
+    is_limit = y[first] in (y.max(), y.min()) and (again or comes_back)
     if len(elsewhere) < len(y) // 4 or is_limit:
         return None
     moves = float(np.std(u[first:stop])) > STUCK_COMMAND * float(np.std(u)) > 0
     always_moving = float(np.mean(elsewhere == 0)) < STUCK_REPEATS and y[first] != 0
-    jump = abs(float(y[stop] - y[stop - 1])) if stop < len(y) else 0.0
     if not (moves and always_moving) and not jump > 3 * float(np.abs(elsewhere).max()) > 0:
         return None
     travel = float(np.abs(u[first:stop]).sum()) / rate_hz * expected

@@ -1,8 +1,6 @@
-"""Columns of a record from arrays and tables in memory."""
+"""Columns of a record from arrays in memory."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,10 +8,6 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.log import time_stamps
-from bayes_hw.reading_options import Columns
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference between a given sample rate and that of the time stamps."""
@@ -28,7 +22,7 @@ def uniform_columns(
 ) -> tuple[FloatArray, float, FloatArray, FloatArray | None]:
     """Time (s), rate (Hz), command and angle of a record; raises InputError where they do not make one."""
     if u is None:
-        raise InputError(f"record {name}: no command; give u=..., and y=... where the angle was measured")
+        raise InputError(f"record {name}: no command; give t, u, y in this order, or u=... and y=... by name")
     command = _numbers(name, "u", u)
     angle = None if y is None else _numbers(name, "y", y)
     if t is None:
@@ -50,32 +44,6 @@ def uniform_columns(
             "or leave t out"
         )
     return stamps, float(rate if sample_rate_hz is None else sample_rate_hz), command, angle
-
-
-def columns_of_table(
-    table: pd.DataFrame, columns: Columns, sample_rate_hz: float | None
-) -> tuple[Any, Any, Any]:
-    """Time (None where a rate stands for it), command and angle (None where there is none) of a table."""
-    if columns.input not in table:
-        known = ", ".join(repr(str(name)) for name in table.columns[:20])
-        raise InputError(
-            f"the table has no column {columns.input!r} for the command; it has {known}: name it with "
-            "columns=Columns(input=...)"
-        )
-    angle = table.get(columns.output)
-    if angle is None and columns.output != Columns().output:
-        raise InputError(f"the table has no column {columns.output!r} for the angle")
-    if columns.time is not None and columns.time in table:
-        return table[columns.time], table[columns.input], angle
-    if hasattr(table.index, "tz"):
-        since = (table.index - table.index[0]).total_seconds()
-        return np.asarray(since), table[columns.input], angle
-    if columns.time is not None and sample_rate_hz is None:
-        raise InputError(
-            f"the table has no column {columns.time!r} for the time, and no dates in its index: name it with "
-            "columns=Columns(time=...), or give sample_rate_hz"
-        )
-    return None, table[columns.input], angle
 
 
 def _numbers(name: str, column: str, given: ArrayLike) -> FloatArray:

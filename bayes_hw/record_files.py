@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import wrapped_angle
 from bayes_hw.record_parts import FEWEST_SAMPLES, Part, cut_into_parts
 from bayes_hw.record_start import reading_noise
+from bayes_hw.units import Units
 
 __all__ = ["Columns", "FileContent", "ReadingOptions", "read_parts"]
 
@@ -52,6 +54,25 @@ class FileContent(NamedTuple):
     clock: str = "s"
 
 
+def asked_options(
+    options: ReadingOptions | None,
+    columns: Columns | None,
+    sample_rate_hz: float | None,
+    resample_hz: float | None,
+    units: Units | Mapping[str, str] | None,
+) -> ReadingOptions:
+    """The options with what is said beside them."""
+    chosen = options or ReadingOptions()
+    given = units.to_dict() if isinstance(units, Units) else dict(units or {})
+    return replace(
+        chosen,
+        columns=columns or chosen.columns,
+        sample_rate_hz=chosen.sample_rate_hz if sample_rate_hz is None else sample_rate_hz,
+        resample_hz=chosen.resample_hz if resample_hz is None else resample_hz,
+        units={**chosen.units, **given},
+    )
+
+
 def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     """Read the record, or the records that its gaps make of it, from the file at `path`.
 
@@ -64,6 +85,7 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     beyond 1e12, stamps that go back or repeat with other values, a constant command or output, an angle that
     jumps by a whole turn.
     """
+    options = _checked(options)
     columns = options.columns
     if columns.time is None and options.sample_rate_hz is None:
         raise InputError(f"{path}: no time column is named; give --sample-rate RATE in Hz")
@@ -91,9 +113,16 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     return _of_tables(path, tables, options, digest)
 
 
+def _checked(options: ReadingOptions) -> ReadingOptions:
+    """The options with units that are some; raises InputError where one is not."""
+    given = Units.from_dict(dict(options.units)).to_dict()
+    asked = {role: given[role] for role in ("input", "output") if role in options.units}
+    return replace(options, units=asked)
+
+
 def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
     """The same of a table in memory, which `path` stands for in what is said."""
-    return _of_tables(path, [(path, table)], options, "")
+    return _of_tables(path, [(path, table)], _checked(options), "")
 
 
 def _of_tables(

@@ -4,6 +4,7 @@ or slower than its command says."""
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import NamedTuple
 
 from bayes_hw.arrays import FloatArray
@@ -31,15 +32,21 @@ OUTDONE = 1.0
 
 
 class UnitMistake(NamedTuple):
-    """A mistake by which the output seems to move `factor` times as fast as the command says."""
+    """A mistake by which the output seems to move `factor` times as fast as the command says; where
+    `instead_of` is a unit, only where a column is said to be in it."""
 
     factor: float
     said: str
+    instead_of: str = ""
 
 
 RADIAN = 180 / math.pi
 
 MISTAKES = (
+    UnitMistake(RADIAN, "the angle is in degrees, not in rad (--output-unit deg --ignore-units)", "rad"),
+    UnitMistake(
+        1 / RADIAN, "the command is in degrees, not in rad (--input-unit 'deg/s' --ignore-units)", "rad/s"
+    ),
     UnitMistake(RADIAN, "the command is in radians and the angle in degrees (--input-unit 'rad/s')"),
     UnitMistake(1 / RADIAN, "the angle is in radians and the command in degrees (--output-unit 'rad')"),
     UnitMistake(1 / 60, "the command is in minutes of arc (--input-unit 'arcmin/s')"),
@@ -68,20 +75,26 @@ BRIEF_S, LONG_S = 2.0, 86_400.0
 
 
 def wrong_scale(
-    u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None, clock: str = "s"
+    u: FloatArray,
+    y: FloatArray,
+    rate_hz: float,
+    expected: float | None,
+    clock: str = "s",
+    units: Collection[str] = (),
 ) -> Finding | None:
     """Speed and command that differ by the factor of another unit or of another rate.
 
     `expected` is the speed, in the output's unit, of a command of one that the axis follows exactly; None
-    where the units do not tell. `clock` as in `bayes_hw.record.Record`.
+    where the units do not tell. `clock` as in `bayes_hw.record.Record`; `units` what the columns are said to
+    be in.
     """
     forward = following(u, y, rate_hz)
     if expected is None or forward is None or relation(u, y, rate_hz) not in ("follows", "inverted"):
         return None
     ratio = forward.gain / expected
-    guesses = mistakes_of(ratio, rate_hz, clock)
+    guesses = mistakes_of(ratio, rate_hz, clock, units)
     if not guesses:
-        return _doubtful_rate(ratio, rate_hz) if clock == NO_CLOCK else None
+        return _doubtful_rate(ratio, rate_hz) if clock == NO_CLOCK else _too_fast(ratio, rate_hz)
     seconds = len(u) / rate_hz
     length = "" if BRIEF_S <= seconds <= LONG_S else f" in a record of {seconds:.3g} s"
     return Finding(
@@ -89,7 +102,7 @@ def wrong_scale(
         f"the output moves {ratio:.3g} times as fast as the command says{length}: {guesses}",
         "give the option that is so, with --ignore-units where the file states a wrong unit; a command of "
         "the motor before its gear is said with --input-unit 'deg/s at the motor'",
-        "warning" if _is_doubtful(ratio, rate_hz, clock) else "fatal",
+        "warning" if _is_doubtful(ratio, rate_hz, clock, units) else "fatal",
     )
 
 
@@ -107,24 +120,37 @@ def _doubtful_rate(ratio: float, rate_hz: float) -> Finding | None:
     )
 
 
-def _is_doubtful(ratio: float, rate_hz: float, clock: str) -> bool:
+def _too_fast(ratio: float, rate_hz: float) -> Finding | None:
+    """Limits, slip and lag make an axis slower than its command, nothing but its gain makes it faster."""
+    if ratio <= SURE_RATIOS[1]:
+        return None
+    return Finding(
+        "rate",
+        f"the output moves {ratio:.2g} times as fast as the command says",
+        f"is its rate, {rate_hz:g} Hz by its stamps, rather about {rate_hz / ratio:.3g} Hz (--time none "
+        "--sample-rate), is a unit wrong, or is that the gain of the axis?",
+        "warning",
+    )
+
+
+def _is_doubtful(ratio: float, rate_hz: float, clock: str, units: Collection[str]) -> bool:
     """Whether a speed `ratio` times what is expected may be the axis's own."""
-    nearest = min(_missed(ratio, rate_hz, clock).values())
+    nearest = min(_missed(ratio, rate_hz, clock, units).values())
     return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and nearest > NEARLY
 
 
-def mistakes_of(ratio: float, rate_hz: float, clock: str = "s") -> str:
+def mistakes_of(ratio: float, rate_hz: float, clock: str = "s", units: Collection[str] = ()) -> str:
     """What may make a speed `ratio` times what is expected, in words, the likeliest first; empty where it
-    needs no explanation or none is known. `clock` as in `bayes_hw.record.Record`."""
+    needs no explanation or none is known. `clock` and `units` as in `wrong_scale`."""
     if PLAIN_RATIOS[0] <= ratio <= PLAIN_RATIOS[1]:
         return ""
-    missed = _missed(ratio, rate_hz, clock)
+    missed = _missed(ratio, rate_hz, clock, units)
     near = [mistake for mistake, by in missed.items() if by < min(missed.values()) + OUTDONE]
     near.sort(key=lambda mistake: round(missed[mistake] / ALIKE))
     return ", or ".join(mistake.said for mistake in near[:MOST_GUESSES])
 
 
-def _missed(ratio: float, rate_hz: float, clock: str) -> dict[UnitMistake, float]:
+def _missed(ratio: float, rate_hz: float, clock: str, units: Collection[str]) -> dict[UnitMistake, float]:
     """Mistakes that leave the axis a true ratio, and how far that is from one, as a logarithm."""
     rates = tuple(
         UnitMistake(
@@ -134,7 +160,8 @@ def _missed(ratio: float, rate_hz: float, clock: str) -> dict[UnitMistake, float
         for factor, right in ((10.0, rate_hz / 10), (0.1, 10 * rate_hz))
     )
     of_clock = _clock_mistakes(clock)
-    ordered = (*MISTAKES, *of_clock) if clock == "s" else (*of_clock, *MISTAKES)
+    of_unit = [one for one in MISTAKES if not one.instead_of or one.instead_of in units]
+    ordered = (*of_unit, *of_clock) if clock == "s" else (*of_clock, *of_unit)
     return {
         mistake: abs(math.log(ratio / mistake.factor))
         for mistake in (*ordered, *rates)

@@ -22,7 +22,7 @@ from study import Study, start_study
 
 from bayes_hw.gap.blind.counts import named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, Evidence
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.plant.kinds import CAMPAIGN
 
 GAPS = (0.08, 2.5)

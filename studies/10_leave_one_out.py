@@ -32,7 +32,7 @@ from study import Study, start_study
 
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.diagnosis import FREE_RESIDUAL
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
 

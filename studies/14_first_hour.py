@@ -20,7 +20,7 @@ from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.open_case import write_open_case
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import diagnose
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.identify.four_steps import MAX_ORDER, identify
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report

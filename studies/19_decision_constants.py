@@ -39,7 +39,7 @@ from study import Study, start_study
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 

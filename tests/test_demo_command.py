@@ -16,7 +16,7 @@ from strokes import draw_strokes
 from bayes_hw.cli import main
 from bayes_hw.commands import demo
 from bayes_hw.gap.blind import open_case
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.infer import pilot
 from bayes_hw.plant.kinds import KINDS
 

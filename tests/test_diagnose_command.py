@@ -18,7 +18,7 @@ from bayes_hw.commands.early import refuse_early
 from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 FEW = ("--without", *(label for label in LABEL_BLOCKS if label not in ("command_bias", "sensor_drift")))
 """A catalogue of two labels, for speed."""

@@ -55,12 +55,14 @@ def test_nothing_that_computes_is_imported_for_a_refusal(tmp_path: Path) -> None
         ["predict", "--posterior", str(tmp_path), a],
         ["design", "--posterior", str(tmp_path)],
     ]
+    (case / "verdict.json").write_text('{"schema": "bayes-hw/verdict/1", "answer": "friction"}')
+    no_files = [["validate", str(tmp_path / "absent.json")], ["validate", str(case / "verdict.json")]]
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
-        input=json.dumps([[*each, *out] for each in mistakes]),
+        input=json.dumps([*([*each, *out] for each in mistakes), *no_files]),
         capture_output=True,
         text=True,
         check=True,
     )
     assert json.loads(done.stdout) == []
-    assert len(done.stderr.splitlines()) == len(mistakes)
+    assert len(done.stderr.splitlines()) == len(mistakes) + len(no_files)

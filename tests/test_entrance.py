@@ -134,6 +134,19 @@ def test_a_record_twice_or_as_its_own_hold_out(
     assert "hold out another record" in refused(capsys, "identify", a, b, "--holdout", b, *out)
 
 
+def test_records_of_opposite_signs_are_refused_at_both_doors(
+    records: tuple[Record, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, second, third = records
+    turned = replace(second, y=-second.y)
+    with pytest.raises(InputError, match="inverted in one of them"):
+        bayes_hw.diagnose([first, turned], third)
+    a, b, c = written(tmp_path, (first, turned, third), lambda record: record)
+    out = ("--out", str(tmp_path / "new"))
+    assert "inverted in one of them" in refused(capsys, "diagnose", a, b, "--holdout", c, *out)
+    assert "inverted in one of them" in refused(capsys, "identify", a, "--holdout", b, *out)
+
+
 def test_a_training_record_held_out_of_a_diagnosis(
     records: tuple[Record, ...],
     small_axis: HammersteinWiener,

@@ -111,6 +111,18 @@ def test_an_output_without_the_command_is_said() -> None:
     assert kinds(U, np.cumsum(rng.standard_normal(len(U)))) == ["unrelated"]
 
 
+def test_one_cut_at_the_end_of_the_range_is_no_stuck_encoder() -> None:
+    once = np.clip(Y, None, np.sort(Y)[-200])
+    assert kinds(U, once) == ["clipped"]
+
+
+def test_a_wrong_statement_of_the_file_is_named_as_such() -> None:
+    """Degrees declared as radians: 57 times too fast, and not the command's unit is wrong."""
+    said = mistakes_of(57.0, 50.0, units=("deg/s", "rad"))
+    assert said.startswith("the angle is in degrees, not in rad (--output-unit deg --ignore-units)")
+    assert "not in rad" not in mistakes_of(57.0, 50.0, units=("deg/s", "deg"))
+
+
 def test_a_mistake_that_another_explains_far_better_is_not_offered() -> None:
     """0.0162 is radians or minutes of arc, within 8 %; a wrong rate would leave a factor of six."""
     said = mistakes_of(0.0162, 50.0)
@@ -133,11 +145,13 @@ def test_a_small_gain_that_no_mistake_explains_well_is_doubted_and_not_refused(
 
 @pytest.mark.parametrize("factor", [2.5, 1 / 2.5])
 def test_a_rate_that_nothing_recorded_is_doubted_where_the_motion_speaks_against_it(factor: float) -> None:
-    """With stamps the same speed is the axis's own."""
+    """With stamps too, where nothing but its gain would make an axis so fast; a slower one may be limited."""
     found = wrong_scale(U, Y, factor * RATE_HZ, 1.0, "none")
     assert found is not None and (found.kind, found.severity) == ("rate", "warning")
     assert f"about {RATE_HZ:.3g} Hz" in str(found).replace("19.9", "20").replace("20.1", "20")
-    assert wrong_scale(U, Y, factor * RATE_HZ, 1.0, "s") is None
+    with_stamps = wrong_scale(U, Y, factor * RATE_HZ, 1.0, "s")
+    assert (with_stamps is None) == (factor < 1)
+    assert with_stamps is None or (with_stamps.kind, with_stamps.severity) == ("rate", "warning")
     assert wrong_scale(U, Y, RATE_HZ, 1.0, "none") is None
 
 

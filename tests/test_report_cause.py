@@ -58,6 +58,7 @@ def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) 
     assert any("the last, holdout," in note for note in read(out, "verdict.json")["notes"])
     posterior = read(out, "posterior.json")
     assert posterior["effects"] == ["sensor_drift"]
+    assert all(0.98 < one["r_hat"] < 1.2 for one in posterior["parameters"].values())
     assert posterior["parameters"]["saturation.upper"]["mean"] == pytest.approx(1.0, rel=0.05)
     assert posterior["parameters"]["sensor_drift.rate"]["mean"] == pytest.approx(0.004, rel=0.1)
     assert not (out / "posterior.nc").exists()

@@ -9,7 +9,7 @@ from pathlib import Path
 from bayes_hw.errors import InputError
 from bayes_hw.folder_claim import claimed_folder
 
-LIGHT = frozenset({"completion", "convert", "demo", "inspect", "plan", "validate"})
+LIGHT = frozenset({"completion", "convert", "demo", "inspect", "look", "plan", "validate"})
 """Commands that run no compiled code themselves."""
 
 

@@ -88,7 +88,8 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
-    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
+    from bayes_hw.gap.effects.catalogue import known_labels
+    from bayes_hw.gap.effects.labels import LABEL_BLOCKS
     from bayes_hw.progress import Progress
     from bayes_hw.record import Units
     from bayes_hw.report.page.render import remove_pages, render
@@ -293,7 +294,8 @@ def _joint(
     import numpy as np
 
     from bayes_hw.commands.speech import say, say_page, warn
-    from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, known_labels
+    from bayes_hw.gap.effects.catalogue import known_labels
+    from bayes_hw.gap.effects.labels import LABEL_BLOCKS
     from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
     from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render

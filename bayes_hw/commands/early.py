@@ -41,7 +41,7 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     if not fitted and not held_out:
         return
     from bayes_hw.commands.inputs import in_units, is_compared, read_once, reading_options, refuse_faults
-    from bayes_hw.entrance import check_repeats
+    from bayes_hw.entrance import check_rate, check_repeats, check_scale, check_signs, has_rate
     from bayes_hw.record import Units
 
     options = reading_options(parsed, needs_output=parsed.command not in ALONE)
@@ -59,6 +59,14 @@ def refuse_early(parsed: argparse.Namespace) -> None:
         groups.append(records)
     if parsed.command != "look":
         check_repeats(*groups)
+    check_signs([*groups[0], *groups[1]])
+    rate_hz = content.get("sample_rate_hz") if isinstance(content, dict) else None
+    if isinstance(rate_hz, int | float) and rate_hz > 0:
+        others = [record for record in (*groups[0], *groups[1]) if not has_rate(record, rate_hz)]
+        for record in others if "scale" not in parsed.accept else ():
+            check_scale(record)
+        for record in others:
+            check_rate(record, rate_hz, "the model")
 
 
 def _paths(parsed: argparse.Namespace) -> tuple[list[str], list[str]]:

@@ -15,8 +15,8 @@ from bayes_hw.control.notch import Notch, Section
 from bayes_hw.control.state_space import StateSpace, series
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.format_names import CONTROLLER
 
-SCHEMA = "bayes-hw/controller/1"
 RATIO_TOLERANCE = 1e-6
 LARGEST_NUMBER = 1e150
 LARGEST_DELAY = 1000
@@ -216,7 +216,7 @@ class Controller:
         """The content of a controller file; units are stated for the reader."""
         gain_unit = f"({input_unit})/{output_unit}"
         return {
-            "schema": SCHEMA,
+            "schema": CONTROLLER,
             "name": self.name,
             "type": self.kind,
             "sample_rate_hz": self.sample_rate_hz,

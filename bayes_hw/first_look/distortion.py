@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.noise import autoregression_from_partial, burg
+from bayes_hw.identify.noise import autoregression_from_partial, burg, whitened
 
 LAGS = 20
 ORDER = 10
@@ -121,4 +120,4 @@ def _white(values: FloatArray) -> FloatArray:
         return np.zeros(max(len(increments) - ORDER, 0))
     partial, _ = burg([increments], ORDER)
     weights = autoregression_from_partial(partial[:, None])[:, 0]
-    return np.asarray(signal.lfilter(np.append(1.0, -weights), [1.0], increments), dtype=np.float64)[ORDER:]
+    return whitened(increments, weights)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.record import Record
@@ -66,6 +65,8 @@ def known_columns(
 def _known_column(
     name: str, records: Sequence[Record], errors: Sequence[FloatArray], rate: float
 ) -> KnownColumn:
+    from scipy import signal  # takes a second to import, which a record without known columns need not wait
+
     longest = max(len(record) for record in records)
     length = int(np.clip(2 * longest // (SEGMENTS + 1), SHORTEST, LONGEST))
     count_of_ordinates = length // 2 + 1

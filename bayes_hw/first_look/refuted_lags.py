@@ -20,10 +20,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, signal, special
+from scipy import linalg, special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.noise import autoregression_from_partial, burg
+from bayes_hw.identify.noise import autoregression_from_partial, burg, whitened
 
 LEVEL = 0.03
 """Probability of a delay beyond what is given, half of what 94 % leaves."""
@@ -79,10 +79,7 @@ def _table(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], factor
         left -= length
         v = u[: length * factor].reshape(-1, factor).mean(axis=1)
         lagged = linalg.toeplitz(v, np.full(LAGS + 1, v[0]))
-        slower = [
-            signal.lfilter([1 - np.exp(-1 / tail)], [1.0, -np.exp(-1 / tail)], v - v[0]) + v[0]
-            for tail in TAILS
-        ]
+        slower = [_smoothed(v, tail) for tail in TAILS]
         starts.append(sum(len(part) for part in z))
         z.append(np.diff(y[: length * factor : factor]))
         # The increment from sample k to k + 1 is what the command held there made of it, and earlier ones.
@@ -91,6 +88,13 @@ def _table(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], factor
         return None
     found = _Table(np.concatenate(z), np.concatenate(driven), tuple(starts))
     return found if len(found.z) > 3 * found.driven.shape[1] and np.ptp(found.driven[:, 0]) > 0 else None
+
+
+def _smoothed(v: FloatArray, samples: float) -> FloatArray:
+    """`v` behind a lag of one pole of so many samples, at rest before."""
+    kept = np.exp(-1 / samples)
+    recursion = np.stack([np.ones(len(v)), np.full(len(v), -kept)])
+    return np.asarray(linalg.solve_banded((1, 0), recursion, (1 - kept) * (v - v[0])) + v[0])
 
 
 def _whitened(table: _Table) -> _Table:
@@ -102,15 +106,9 @@ def _whitened(table: _Table) -> _Table:
         parts = [left[a:b] for a, b in zip(table.starts, ends, strict=True)]
         partial, _ = burg(parts, NOISE_ORDER)
         noise = autoregression_from_partial(partial[:, None])[:, 0]
-        taps = np.append(1.0, -noise)
         rows = [slice(a + NOISE_ORDER, b) for a, b in zip(table.starts, ends, strict=True)]
         z, driven = (
-            np.concatenate(
-                [
-                    signal.lfilter(taps, [1.0], whole[a:b], axis=0)[NOISE_ORDER:]
-                    for a, b in zip(table.starts, ends, strict=True)
-                ]
-            )
+            np.concatenate([whitened(whole[a:b], noise) for a, b in zip(table.starts, ends, strict=True)])
             for whole in (table.z, table.driven)
         )
         starts = np.cumsum([0, *(row.stop - row.start for row in rows[:-1])])

@@ -16,10 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import linalg, optimize, signal
+from scipy import linalg, optimize
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.noise import autoregression_from_partial, burg
+from bayes_hw.identify.noise import autoregression_from_partial, burg, whitened
 
 SLOW_RATE_HZ = 20.0
 """Records are averaged down to about this rate: limits and dead zone are slow matters."""
@@ -200,9 +200,7 @@ class _Fit:
         residuals, gradients = self._linearised(values, self.taps)
         noise = _autoregression(residuals)
         size = max(2, round(BLOCK_S * SLOW_RATE_HZ))
-        pairs = [
-            (_whitened(r, noise), _whitened(g, noise)) for r, g in zip(residuals, gradients, strict=True)
-        ]
+        pairs = [(whitened(r, noise), whitened(g, noise)) for r, g in zip(residuals, gradients, strict=True)]
         rows = sum(len(white) for white, _ in pairs)
         variance = max(sum(float(white @ white) for white, _ in pairs) / rows, 1e-300)
         scores = [
@@ -266,7 +264,7 @@ class _Fit:
     def simulated(self, limited: FloatArray, factor: int, samples: int) -> FloatArray:
         """w at the record's own rate, shape (samples,)."""
         slow = limited[: len(limited) // factor * factor].reshape(-1, factor).mean(axis=1)
-        w = np.cumsum(signal.lfilter(self.taps, [1.0], np.append(0.0, slow)[:-1]))
+        w = np.cumsum(np.convolve(np.append(0.0, slow)[:-1], self.taps)[: len(slow)])
         return np.interp(np.arange(samples), factor * np.arange(len(w)), w)
 
     def _descend(
@@ -282,8 +280,8 @@ class _Fit:
             residuals, gradients = self._linearised(values, taps)
             noise = _autoregression(residuals)
             cost = self._cost(values, taps, noise)
-            white = np.concatenate([_whitened(r, noise) for r in residuals])
-            table = np.concatenate([_whitened(g, noise) for g in gradients])
+            white = np.concatenate([whitened(r, noise) for r in residuals])
+            table = np.concatenate([whitened(g, noise) for g in gradients])
             variance = max(float(white @ white) / len(white), 1e-300)
             normal = table.T @ table / variance
             normal[3:, 3:] += np.diag(self.penalty**2)
@@ -323,8 +321,9 @@ class _Fit:
             table = linalg.toeplitz(v, np.zeros(TAPS))[1:]
             z = np.diff(record.y + values[2] * np.sign(record.y) * (np.abs(record.y) > values[2] / 2))
             keep = np.abs(z) < 8 * np.median(np.abs(z)) + 1e-300
-            normal += table[keep].T @ table[keep]
-            right += table[keep].T @ z[keep]
+            kept = table[keep]
+            normal += kept.T @ kept
+            right += kept.T @ z[keep]
             scale += float(z[keep] @ z[keep]) / len(z)
         normal += np.diag(self.penalty**2) * scale / len(self.records)
         return np.asarray(
@@ -335,14 +334,14 @@ class _Fit:
         squares, rows = 0.0, 0
         for record in self.records:
             w = self._undisturbed(record, values, taps)
-            white = _whitened(np.diff(record.y - _dead_zone(w, values[2])), noise)
+            white = whitened(np.diff(record.y - _dead_zone(w, values[2])), noise)
             squares += float(white @ white)
             rows += len(white)
         return rows * float(np.log(max(squares, 1e-300) / rows)) + float(np.sum((self.penalty * taps) ** 2))
 
     def _undisturbed(self, record: _Slow, values: FloatArray, taps: FloatArray) -> FloatArray:
         v = _driven(record, values)
-        return np.cumsum(signal.lfilter(taps, [1.0], v))
+        return np.cumsum(np.convolve(v, taps)[: len(v)])
 
     def _linearised(self, values: FloatArray, taps: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
         """Increments of the residual and their gradient (samples, 3 + TAPS), per record."""
@@ -350,12 +349,12 @@ class _Fit:
         for record in self.records:
             v = _driven(record, values)
             table = np.empty((len(v), 3 + TAPS))
-            table[:, 3:] = np.cumsum(linalg.toeplitz(v, np.zeros(TAPS)), axis=0)
+            table[:, 3:] = linalg.toeplitz(np.cumsum(v), np.zeros(TAPS))
             w = table[:, 3:] @ taps
             moving = np.abs(w) > values[2]
             for column, beyond in ((0, record.u < values[0]), (1, record.u > values[1])):
                 share = np.append(0.0, beyond.mean(axis=1))[:-1]
-                table[:, column] = np.cumsum(signal.lfilter(taps, [1.0], share))
+                table[:, column] = np.cumsum(np.convolve(share, taps)[: len(share)])
             table *= moving[:, None]
             table[:, 2] = -np.sign(w) * moving
             residuals.append(np.diff(record.y - _dead_zone(w, values[2])))
@@ -375,9 +374,3 @@ def _dead_zone(w: FloatArray, half_width: float) -> FloatArray:
 def _autoregression(residuals: Sequence[FloatArray]) -> FloatArray:
     partial, _ = burg(residuals, NOISE_ORDER)
     return autoregression_from_partial(partial[:, None])[:, 0]
-
-
-def _whitened(values: FloatArray, noise: FloatArray) -> FloatArray:
-    """Innovations along the first axis, the first as many as the order left out."""
-    filtered = signal.lfilter(np.append(1.0, -noise), [1.0], values, axis=0)
-    return np.asarray(filtered[len(noise) :])

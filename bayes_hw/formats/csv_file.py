@@ -135,7 +135,7 @@ def rows_of_csv(path: Path, separator: str = ",") -> Iterator[list[str]]:
     check_lines(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            yield from csv.reader(stream, delimiter=separator)
+            yield from csv.reader(stream, delimiter=separator, skipinitialspace=not separator.isspace())
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text; write it again") from None
     except csv.Error as error:

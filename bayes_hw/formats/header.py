@@ -10,7 +10,8 @@ from bayes_hw.quantities import KNOWN_WORDS
 UNIT_WORDS = KNOWN_WORDS | frozenset((
     "ms", "millisecond", "milliseconds", "us", "µs", "μs", "microsecond", "microseconds", "ns", "nsec",
     "nanosecond", "nanoseconds", "min", "minute", "minutes", "hour", "hours", "d", "day", "days", "mrad",
-    "urad", "µrad", "μrad", "turn", "turns", "rpm", "hourangle", "hms", "step", "steps", "mil", "v", "volt",
+    "urad", "µrad", "μrad", "nrad", "mdeg", "udeg", "µdeg", "μdeg", "uas", "µas", "μas",
+    "turn", "turns", "rpm", "hourangle", "hms", "step", "steps", "mil", "v", "volt",
     "mv", "kv", "a", "ampere", "ma", "n", "n·m", "kn", "w", "kw", "j", "m", "mm", "cm", "km", "µm", "um",
     "k", "kelvin", "c", "°c", "degc", "hz", "khz", "pa", "hpa", "mbar", "bar", "g", "kg", "-", "1", "%",
     "iso", "iso8601", "unix", "epoch", "utc", "tai", "mjd", "jd", "date", "datetime", "timestamp", "none",
@@ -40,6 +41,8 @@ SUFFIXES = {
 """Endings of names after an underscore, and the units that they state."""
 
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$", re.DOTALL)
+_SLASH = re.compile(r"^([^/]*[^/\s])/(?=(?:[sVAh°]|.*\S{2}.*)$)(\S+)$")
+"""A quantity over its unit: `Time/s`, `Rate/(deg/s)`; of one letter, in the case of the unit alone."""
 _SPLITTERS = re.compile(r"^(.*\S)\s*(?:,|:|\s/|\sin\s)\s*(\S+)$")
 
 
@@ -67,12 +70,12 @@ def bare_unit(cell: str) -> str:
 
 def split_name(cell: str) -> tuple[str, str | None]:
     """Name and unit of a header's cell such as `u [deg/s]`, `u (deg/s)`, `u, deg/s`, `u / deg` or
-    `u_deg_s`."""
+    `u_deg_s`, or `u/deg`."""
     text = cell.strip()
-    for pattern in (_BRACKETS, _SPLITTERS):
+    for pattern in (_BRACKETS, _SPLITTERS, _SLASH):
         match = pattern.match(text)
         if match and match[1].strip() and looks_like_unit(match[2]):
-            return match[1].strip().rstrip(" /,:"), match[2].strip()
+            return match[1].strip().rstrip(" /,:"), bare_unit(match[2])
     for suffix in sorted(SUFFIXES, key=len, reverse=True):
         if text.lower().endswith(f"_{suffix}") and len(text) > len(suffix) + 1:
             return text[: -len(suffix) - 1], SUFFIXES[suffix]

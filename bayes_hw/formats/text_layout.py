@@ -88,7 +88,12 @@ def cells_of(line: str, separator: str) -> list[str]:
     line = line.replace(MINUS, "-")
     if separator == " ":
         return _DATE_AND_TIME.sub(r"\1T", line).split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    return [
+        cell.strip()
+        for cell in next(
+            csv.reader([line], delimiter=separator, skipinitialspace=not separator.isspace()), []
+        )
+    ]
 
 
 def number_of(cell: str) -> float:

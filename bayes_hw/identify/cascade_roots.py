@@ -64,7 +64,7 @@ def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
             if j != i:
                 product = np.convolve(product, bottom)
         numerator[len(numerator) - len(product) :] += product
-    lead = int(np.flatnonzero(np.abs(numerator) > 1e-12 * np.abs(numerator).max())[0])
+    lead = int(np.argmax(np.abs(numerator) > 1e-12 * np.abs(numerator).max()))
     return LinearBlock(
         polynomial_roots(numerator[lead:]), poles, float(numerator[lead]), structure.delay_samples
     )

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from bayes_hw.arrays import FloatArray
 
@@ -54,6 +53,16 @@ def autoregression_from_partial(partial: FloatArray) -> FloatArray:
         coefficients[:i] = previous - kappa * previous[::-1]
         coefficients[i] = kappa
     return coefficients
+
+
+def whitened(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """What an autoregression with `weights` leaves of values along the first axis, the first ones, as many as
+    its order, left out."""
+    order = len(weights)
+    left: FloatArray = values[order:].copy()
+    for lag, weight in enumerate(weights, start=1):
+        left -= weight * values[order - lag : len(values) - lag]
+    return left
 
 
 def estimate_noise(
@@ -159,6 +168,8 @@ def stationary_autoregression(
         noise[k] = coefficients @ noise[:k][::-1] + spread[k] * shocks[k]
     polynomial = np.concatenate([[1.0], -autoregression_from_partial(partial[:, None])[:, 0]])
     if samples > order:
+        from scipy import signal  # takes a second to import, which who only estimates noise need not wait
+
         history = signal.lfiltic([1.0], polynomial, noise[:order][::-1])
         noise[order:] = signal.lfilter([1.0], polynomial, spread[order] * shocks[order:], zi=history)[0]
     return noise

@@ -110,6 +110,14 @@ def nested_r_hat(chains: FloatArray) -> float:
     return float(array_stats.rhat_nested(flat, superchain_ids=identifiers))
 
 
+def r_hat_of_draws(draws: FloatArray) -> float:
+    """Rank-normalised split R-hat of independent draws (samples,), quarters of them in the place of chains;
+    one where they are all the same."""
+    if np.ptp(draws) == 0:
+        return 1.0
+    return float(array_stats.rhat(draws[: len(draws) // 4 * 4].reshape(4, -1)))
+
+
 def assess(
     chain: FloatArray,
     names: tuple[str, ...],

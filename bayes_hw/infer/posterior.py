@@ -15,6 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
+from bayes_hw.format_names import POSTERIOR
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.infer.convergence import Convergence
@@ -30,7 +31,6 @@ from bayes_hw.record import Record
 if TYPE_CHECKING:
     from xarray import DataTree
 
-SCHEMA = "bayes-hw/posterior/1"
 LIMITS = ("saturation.lower", "saturation.upper")
 STORED_DRAWS = 40_000
 MOST_DRAWS = 10_000_000
@@ -175,7 +175,7 @@ class Posterior:
     def to_dict(self) -> dict[str, Any]:
         """The content of posterior.json."""
         return {
-            "schema": SCHEMA,
+            "schema": POSTERIOR,
             "parameters": {name: summary.to_dict() for name, summary in self.reported.items()},
             "derived": {
                 name: summary.to_dict() for name, summary in self.derived.items() if name not in self.reported
@@ -309,7 +309,7 @@ class Posterior:
         sigma, *partial = self.noise_parameters[: self.noise_order + 1]
         student_t = is_student_t(self.noise_parameters)
         state = {
-            "schema": SCHEMA,
+            "schema": POSTERIOR,
             "names": list(self.names),
             "model": self.axis.model.to_dict(),
             "free": self.axis.free,

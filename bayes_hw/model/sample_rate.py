@@ -6,20 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.entrance import RATE_TOLERANCE
+from bayes_hw.entrance import SimulatedAxis, check_rate
 from bayes_hw.errors import InputError
-from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 
-def check_rates(model: HammersteinWiener, records: Sequence[Record]) -> None:
+def check_rates(model: SimulatedAxis, records: Sequence[Record]) -> None:
     """Raise InputError unless every record has the model's sample rate (1 %)."""
     for record in records:
-        if abs(record.sample_rate_hz / model.sample_rate_hz - 1) > RATE_TOLERANCE:
-            raise InputError(
-                f"{record.source or record.name}: sampled at {record.sample_rate_hz:g} Hz but the model is"
-                f" for {model.sample_rate_hz:g} Hz; resample with --resample {model.sample_rate_hz:g}"
-            )
+        check_rate(record, model.sample_rate_hz, "the model")
 
 
 def check_alike(records: Sequence[Record]) -> None:

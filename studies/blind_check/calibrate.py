@@ -30,7 +30,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import NONE, OTHER, Judgement
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.progress import Progress
 from blind_check.ballot import WIDEST, Ballot
 

@@ -15,7 +15,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration

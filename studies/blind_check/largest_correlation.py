@@ -23,7 +23,7 @@ from bayes_hw.csv_output import write_csv
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.plant.nominal import Nominal, refit
 from bayes_hw.record import Record

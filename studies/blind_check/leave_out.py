@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.gap.blind.counts import Share, answer_name, named_right, share, true_closure
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.plant.case import BlindCase
 
 

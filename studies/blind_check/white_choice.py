@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bayes_hw.gap.blind.evidence import CaseVerdict, Evidence
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 
 def of_white_choice(evidence: Evidence) -> Evidence:

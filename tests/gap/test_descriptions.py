@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.effects.descriptions import DESCRIPTIONS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 RESPONSES = {effect.label for effect in catalogue()}
 

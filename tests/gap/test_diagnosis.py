@@ -26,7 +26,8 @@ from bayes_hw.gap.any_corrected import read_corrected_axis
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, EncoderEccentricity
+from bayes_hw.gap.effects.catalogue import EncoderEccentricity
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected, simulate_corrected
 from bayes_hw.model.blocks import Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -24,8 +24,9 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects import catalogue as catalogue_module
-from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, LABEL_BLOCKS, block_of, catalogue, known_labels
-from bayes_hw.gap.effects.effect import BLOCKS, Block, Effect, PeriodicEffect, everywhere_periodic
+from bayes_hw.gap.effects.catalogue import ENTRY_POINT_GROUP, block_of, catalogue, known_labels
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
+from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS, Block
 from bayes_hw.gap.effects.linear import CubicStiffness, SofteningStiffness
 from bayes_hw.gap.effects.priors import positive
 from bayes_hw.gap.simulate import settings as S  # noqa: N812

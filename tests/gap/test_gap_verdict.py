@@ -12,7 +12,7 @@ from arviz_stats.base import array_stats
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict, highest_density_interval
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 KEYS = {
     *("schema", "answer", "probability", "confusable", "where", "gap", "parameters", "base"),

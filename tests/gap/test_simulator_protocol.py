@@ -12,7 +12,8 @@ from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import FunctionSimulator, Simulator
 from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR, effects_for, written
 from bayes_hw.gap.effects.catalogue import catalogue
-from bayes_hw.gap.effects.effect import BLOCKS, Effect
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.effects.labels import BLOCKS
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.force_law import ForceLaw

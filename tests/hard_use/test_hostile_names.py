@@ -17,7 +17,7 @@ from command_files import files_below, write_axis
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.report.page.plain_text import visible

@@ -18,6 +18,7 @@ from bayes_hw.infer.convergence import (
     autocorrelation_time,
     effective_sample_size,
     nested_r_hat,
+    r_hat_of_draws,
 )
 
 
@@ -44,6 +45,14 @@ def test_effective_sample_size_agrees_with_arviz(tau: float) -> None:
     as_arviz = np.moveaxis(chains, 2, 1).reshape(32, 2000)
     assert found == pytest.approx(chains.size / tau, rel=0.1)
     assert found == pytest.approx(float(array_stats.ess(as_arviz, method="bulk")), rel=0.1)
+
+
+def test_r_hat_of_independent_draws_is_a_number() -> None:
+    """About one where they are of one distribution, beyond where they wander; one where there is one."""
+    rng = np.random.default_rng(4)
+    assert r_hat_of_draws(rng.standard_normal(402)) == pytest.approx(1, abs=0.02)
+    assert r_hat_of_draws(np.cumsum(rng.standard_normal(400))) > 1.1
+    assert r_hat_of_draws(np.array([0.3])) == 1
 
 
 def test_autocorrelation_function_of_a_known_chain() -> None:

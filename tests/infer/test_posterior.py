@@ -14,8 +14,9 @@ from arviz_stats.base import array_stats
 from drawn_posterior import ENSEMBLES, STEPS, WALKERS, posterior_of
 
 from bayes_hw.errors import InputError
+from bayes_hw.format_names import POSTERIOR
 from bayes_hw.identify.noise import autoregression_from_partial
-from bayes_hw.infer.posterior import SCHEMA, STORED_DRAWS, Posterior
+from bayes_hw.infer.posterior import STORED_DRAWS, Posterior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.record import Record
@@ -55,7 +56,7 @@ def test_written_and_read_back(
 
 def test_json_has_the_agreed_keys(folder: Path, posterior: Posterior) -> None:
     data = json.loads((folder / "posterior.json").read_text())
-    assert data["schema"] == SCHEMA == "bayes-hw/posterior/1"
+    assert data["schema"] == POSTERIOR == "bayes-hw/posterior/1"
     assert data["converged"] is False and data["seconds"] == 1.25
     required = {"mean", "sd", "median", "hdi94", "ess_bulk", "ess_tail", "r_hat", "mcse_mean", "unit"}
     names = (

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 import bayes_hw
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.identify.four_steps import identify
 from bayes_hw.infer import pilot
 from bayes_hw.infer.inference import Inference

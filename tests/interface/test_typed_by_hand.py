@@ -68,6 +68,38 @@ def test_tables_in_and_out() -> None:
         Record.from_dataframe(pd.DataFrame({"u": U, "y": Y}))
 
 
+def test_what_is_nan_was_not_measured() -> None:
+    """In an array and in a table, and a table comes back with its holes."""
+    holes = np.where(np.arange(200) % 40 == 7, np.nan, Y)
+    bridged = hw.ReadingOptions(gaps="bridge")
+    for record in (
+        Record.from_arrays(T, U, holes),
+        Record.from_dataframe(pd.DataFrame({"t": T, "u": U, "y": holes}), options=bridged),
+    ):
+        np.testing.assert_array_equal(record.measured_samples, np.isfinite(holes))
+        back = Record.from_dataframe(record.to_dataframe(), options=bridged)
+        np.testing.assert_array_equal(back.y_or_nan, holes)
+    alone = Record.from_dataframe(pd.DataFrame({"u": U}), sample_rate_hz=20)
+    assert not alone.has_output and alone.sample_rate_hz == 20
+
+
+def test_a_table_is_read_as_a_file_is() -> None:
+    """Missing rows, a wrapped angle, dates in a column, units, another column beside."""
+    dates = pd.Timestamp("2026-03-01", tz="Europe/Berlin") + pd.to_timedelta(T, unit="s")
+    table = pd.DataFrame({"at": dates, "u": U, "y": np.mod(2 * Y, 1), "wind": np.sin(T)}).drop(index=[50, 90])
+    columns = hw.Columns(time="at")
+    with pytest.raises(hw.InputError, match='gaps="bridge"'):
+        Record.from_dataframe(table, columns=columns)
+    options = hw.ReadingOptions(gaps="bridge", known=("wind",), unwrap=1)
+    record = Record.from_dataframe(
+        table, columns=columns, units={"input": "rad/s"}, options=options, name="a.b"
+    )
+    assert record.name == "a.b" and record.units.input == "rad/s" and set(record.known) == {"wind"}
+    assert np.flatnonzero(~record.measured_samples).tolist() == [50, 90]
+    seen = record.measured_samples
+    np.testing.assert_allclose(np.diff(record.y[seen]), np.diff(2 * Y[seen]), atol=1e-9)
+
+
 def test_help_shows_the_arguments() -> None:
     for name in ("identify", "sample", "diagnose"):
         function = getattr(hw, name)

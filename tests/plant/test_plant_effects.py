@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plant_axes import an_axis
 
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.plant.drive_train import MOTOR_SPEED, STATES
 from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUE, SECOND_GROUP, UNSEEN, Effect, Scales
 from bayes_hw.plant.effects.command import RateLimit

@@ -15,7 +15,7 @@ pytest.importorskip("mujoco")
 
 from bayes_hw.cli import main
 from bayes_hw.csv_output import write_csv
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit import draws
 from bayes_hw.simulators.edits import Edit
 from bayes_hw.simulators.mjcf_axis import MjcfAxis

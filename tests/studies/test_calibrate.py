@@ -22,7 +22,7 @@ from blind_check.calibrate import (
 
 from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.progress import Progress
 
 QUIET = Progress(quiet=True)

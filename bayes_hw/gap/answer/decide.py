@@ -15,7 +15,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
 from bayes_hw.gap.criticism.block_functions import with_floor
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.search.attribute import Attribution

@@ -12,8 +12,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.criticism.change_points import ChangePoint, change_points
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
-from bayes_hw.gap.effects.effect import Block
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.spectra import mean_spectrum
 from bayes_hw.gap.search.attribute import Attribution

@@ -11,12 +11,11 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_text_atomically
+from bayes_hw.format_names import VERDICT
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.fit.interval import PROBABILITY
 from bayes_hw.model.priors import LogNormal
-
-SCHEMA = "bayes-hw/verdict/1"
 
 NOISE_SIGMA = "noise.sigma"
 """Name of the encoder's noise among the base parameters."""
@@ -83,7 +82,7 @@ class Verdict:
     def to_dict(self) -> dict[str, object]:
         """The content of verdict.json."""
         return {
-            "schema": SCHEMA,
+            "schema": VERDICT,
             "answer": list(self.answer),
             "probability": dict(self.probability),
             "confusable": [list(pair) for pair in self.confusable],

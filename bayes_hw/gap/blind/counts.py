@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 CLASSES = (*LABEL_BLOCKS, "none", "other")
 """What a probability is stated for."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.gap.blind.counts import confusion, named_right
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 SHUFFLES = 400
 DEVIATIONS = 4.0

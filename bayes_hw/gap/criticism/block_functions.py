@@ -38,7 +38,7 @@ from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
 from bayes_hw.gap.criticism.springs import shapes_of_springs
 from bayes_hw.gap.criticism.surprise import chi_squared_surprise
-from bayes_hw.gap.effects.effect import BLOCKS, Block
+from bayes_hw.gap.effects.labels import BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background, wind
 from bayes_hw.gap.noise.whitener import Whitener

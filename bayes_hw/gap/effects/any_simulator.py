@@ -10,8 +10,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.catalogue import catalogue
-from bayes_hw.gap.effects.effect import Block, Effect
+from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import SIZES
+from bayes_hw.gap.effects.labels import Block
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib.metadata import entry_points
-from types import MappingProxyType
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.effects.drive import (
@@ -14,7 +12,7 @@ from bayes_hw.gap.effects.drive import (
     MeshRipple,
     TorqueRipple,
 )
-from bayes_hw.gap.effects.effect import Block, Effect
+from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import (
     CoulombFrictionAtLoad,
     CoulombFrictionAtMotor,
@@ -22,6 +20,7 @@ from bayes_hw.gap.effects.friction import (
     StribeckFrictionAtMotor,
 )
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS, Block
 from bayes_hw.gap.effects.linear import (
     CubicStiffness,
     ModeOnStructure,
@@ -67,29 +66,6 @@ BUILT_IN: tuple[type[Effect], ...] = (
     LinearSensorDrift,
     ThermalSensorDrift,
 )
-
-LABEL_BLOCKS: Mapping[str, Block] = MappingProxyType(
-    {
-        "rate_limit": "input",
-        "saturation_drift": "input",
-        "command_bias": "input",
-        "gain_drift": "input",
-        "transport_delay": "linear",
-        "unmodelled_mode": "linear",
-        "cubic_stiffness": "linear",
-        "friction": "drive",
-        "backlash": "drive",
-        "torque_ripple": "drive",
-        "wind": "disturbance",
-        "encoder_quantization": "sensor",
-        "encoder_eccentricity": "sensor",
-        "sensor_drift": "sensor",
-        "timing_jitter": "sensor",
-        "gain_asymmetry": "sensor",
-        "outliers": "sensor",
-    }
-)
-"""The 17 labels of the built-in catalogue and their blocks."""
 
 
 def catalogue(without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from typing import ClassVar, Literal, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.descriptions import Description
+from bayes_hw.gap.effects.labels import Block
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.gap.simulate.resonator import Resonator
 from bayes_hw.model.parameters import Parameter
-
-Block: TypeAlias = Literal["input", "linear", "drive", "disturbance", "sensor"]
-
-BLOCKS: tuple[Block, ...] = ("input", "linear", "drive", "disturbance", "sensor")
 
 
 class Effect(ABC):

@@ -9,7 +9,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.effects.effect import Block, Effect, PeriodicEffect
+from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
+from bayes_hw.gap.effects.labels import Block
 from bayes_hw.gap.effects.priors import positive, signed
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.injection_point import InjectionPoint

@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
+from bayes_hw.format_names import POSTERIOR
 from bayes_hw.gap.answer.verdict import Estimate
-from bayes_hw.infer.posterior import SCHEMA
+from bayes_hw.infer.convergence import r_hat_of_draws
 
 if TYPE_CHECKING:
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 
 METHOD = (
     "independent draws of a normal about the joint fit of axis, effect and noise, deviations widened; "
-    "no chains, so that there is no r_hat"
+    "r_hat is that of quarters of the draws, one where a parameter has none of its own"
 )
 
 
@@ -24,11 +26,11 @@ def corrected_posterior(diagnosis: JointDiagnosis) -> dict[str, object]:
     draws = {**posterior.base, **posterior.effects}
     count = len(posterior.coordinates)
     parameters = {
-        name: _entry(e, float(np.median(draws[name])) if name in draws else e.mean, count)
+        name: _entry(e, np.asarray(draws.get(name, [e.mean])), count)
         for name, e in {**verdict.base, **verdict.parameters}.items()
     }
     return {
-        "schema": SCHEMA,
+        "schema": POSTERIOR,
         "parameters": parameters,
         "converged": True,
         "problems": [],
@@ -40,12 +42,12 @@ def corrected_posterior(diagnosis: JointDiagnosis) -> dict[str, object]:
     }
 
 
-def _entry(estimate: Estimate, median: float, count: int) -> dict[str, object]:
+def _entry(estimate: Estimate, draws: FloatArray, count: int) -> dict[str, object]:
     return {
         **estimate.to_dict(),
-        "median": median,
+        "median": float(np.median(draws)),
         "ess_bulk": float(count),
         "ess_tail": float(count),
-        "r_hat": None,
+        "r_hat": r_hat_of_draws(draws),
         "mcse_mean": estimate.sd / float(np.sqrt(count)),
     }

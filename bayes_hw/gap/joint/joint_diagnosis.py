@@ -22,7 +22,7 @@ from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model

@@ -12,8 +12,9 @@ from bayes_hw.gap.case.repeats import repeated_floor
 from bayes_hw.gap.case.scale import axis_scale
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, catalogue
+from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.plain_fit import first_sigma
 from bayes_hw.gap.simulate.builder import Builder

@@ -164,7 +164,12 @@ def _fit_sentence(analysis: Analysis) -> str:
     if not analysis.fits:
         return f"The Hammerstein-Wiener model predicts {place} with a fit of {_fit(mean_fit)}."
     estimate, linear = analysis.fits[0].hammerstein_wiener, analysis.fits[0].linear
-    against = f"{'WORSE than' if linear > estimate else 'against'} {_fit(linear)} of the best linear model"
+    if _fit(linear) == _fit(estimate):
+        against = "as the best linear model does"
+    else:
+        against = (
+            f"{'WORSE than' if linear > estimate else 'against'} {_fit(linear)} of the best linear model"
+        )
     mean = f" (its posterior mean: {_fit(mean_fit)})" if abs(mean_fit - estimate) >= 1 else ""
     return f"The Hammerstein-Wiener model predicts {place} with a fit of {_fit(estimate)}{mean}, {against}."
 

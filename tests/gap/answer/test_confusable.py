@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bayes_hw.gap.answer.confusable import SHOWS, confusable_pairs, next_experiment
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 
 def test_every_label_has_its_experiment() -> None:

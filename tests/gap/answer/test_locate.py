@@ -28,8 +28,8 @@ from bayes_hw.gap.criticism.block_functions import block_surprises, with_floor
 from bayes_hw.gap.criticism.free_functions import motions
 from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS, CommandBias, KinematicBacklash
-from bayes_hw.gap.effects.effect import BLOCKS
+from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
+from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS
 from bayes_hw.gap.search.attribute import Attribution
 
 EVEN = dict.fromkeys(BLOCKS, 0.2)

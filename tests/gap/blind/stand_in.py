@@ -12,7 +12,7 @@ from blind_check.ballot import BALLOT, Ballot
 
 from bayes_hw.gap.answer.judgement import Claim, Remains
 from bayes_hw.gap.blind.counts import CLASSES
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 

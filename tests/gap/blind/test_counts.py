@@ -21,7 +21,7 @@ from bayes_hw.gap.blind.counts import (
     true_closure,
 )
 from bayes_hw.gap.blind.evidence import FAILED
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 
 
 def test_share_has_the_exact_binomial_interval() -> None:

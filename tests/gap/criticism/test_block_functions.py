@@ -24,7 +24,8 @@ from bayes_hw.gap.criticism.block_functions import (
 )
 from bayes_hw.gap.criticism.free_functions import motions, responses_of
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
-from bayes_hw.gap.effects.effect import BLOCKS, Effect
+from bayes_hw.gap.effects.effect import Effect
+from bayes_hw.gap.effects.labels import BLOCKS
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.whitener import Plain
 

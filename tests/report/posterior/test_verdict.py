@@ -115,6 +115,11 @@ def test_faults_come_first_and_take_the_intervals_away():
     assert "±" not in text
 
 
+def test_a_linear_model_of_the_same_fit_is_no_better():
+    same = analysis().fits[0].hammerstein_wiener + 0.01
+    assert ", as the best linear model does." in verdict(analysis(linear=same))
+
+
 def test_a_refuted_model_says_so_on_the_first_card_and_quotes_no_number():
     found = analysis(passed=False)
     assert (badges(found)[0].label, badges(found)[0].state) == ("the model does not hold", "bad")

@@ -17,6 +17,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.unreached_limits import beyond_records
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.cascade import CascadeValues
@@ -136,7 +137,8 @@ class MovingStart:
         then optimize; doi 10.1137/140964023), within what the drive lets through."""
         best = self._best(fit)
         if values is None:
-            return self._simulated(fit, fit.values, best.x)[1]
+            return self._simulated(fit, beyond_records(fit, fit.values, self.record.u), best.x)[1]
+        values = beyond_records(fit, values, self.record.u, rng)
         count = self.samples + len(best.x)
         moved = np.zeros(count) if rng is None else rng.standard_normal(count)
         found = self._descended(fit, values, best.x, moved)

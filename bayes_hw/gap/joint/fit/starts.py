@@ -11,6 +11,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.moving_start import MovingStart
+from bayes_hw.gap.joint.fit.unreached_limits import beyond_records
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.levels import level_shapes, levels_of
 from bayes_hw.identify.holes import with_holes
@@ -90,7 +91,7 @@ class Starts:
         moving = self._by_record.get(id(record))
         if moving is not None:
             return moving.predict(fit, values, rng)
-        own = fit.values if values is None else values
+        own = beyond_records(fit, fit.values if values is None else values, record.u, rng)
         return fit.response.simulate(own, record.u, record.known).y
 
     @property

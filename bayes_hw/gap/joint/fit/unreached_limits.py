@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.cascade_response import outermost_limits
 from bayes_hw.model.axis_parameters import LIMIT_LOG_SD
 
 LOWER, UPPER = "saturation.lower", "saturation.upper"
+HALF_NORMAL_MEDIAN = 0.6745
 TOUCHING = 1e-6
 """Relative distance from the outermost limit that a descent may take, within which it stands there."""
 
@@ -28,6 +32,22 @@ def unreached_limits(
             beyond = np.exp(LIMIT_LOG_SD * np.abs(rng.standard_normal(len(base[name]))))
             found[name] = (limit * beyond).tolist()
     return found
+
+
+def beyond_records(
+    fit: JointFit, values: JointValues, commands: FloatArray, rng: np.random.Generator | None = None
+) -> JointValues:
+    """`values` for commands that go beyond those of the records: a limit that no command of theirs reaches is
+    not at the largest of them but where `unreached_limits` has it, at the median of that or drawn."""
+    cascade = values.cascade
+    away = HALF_NORMAL_MEDIAN if rng is None else abs(float(rng.standard_normal()))
+    factor = float(np.exp(LIMIT_LOG_SD * away))
+    for name in standing_outermost(fit):
+        if name == LOWER and commands.min() < min(r.u.min() for r in fit.response.records):
+            cascade = replace(cascade, lower=cascade.lower * factor)
+        elif name == UPPER and commands.max() > max(r.u.max() for r in fit.response.records):
+            cascade = replace(cascade, upper=cascade.upper * factor)
+    return replace(values, cascade=cascade)
 
 
 def standing_outermost(fit: JointFit) -> list[str]:

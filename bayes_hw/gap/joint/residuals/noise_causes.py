@@ -45,9 +45,11 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
     records = fit.response.records
     residuals = [np.where(r.measured_samples, e, 0.0) for r, e in zip(records, residuals, strict=True)]
     d = np.concatenate([s[r.measured_samples] for r, s in zip(records, steps, strict=True)]) ** 2
-    unit = float(np.mean(d)) or 1.0
-    d = d / unit
     samples = len(a)
+    unit = float(np.mean(d))
+    if unit == 0:
+        return SpeedNoise(-0.5 * float(np.log(samples)), 0.0, 1.0)
+    d = d / unit
 
     def minus(x: FloatArray) -> float:
         variance = np.exp(x[0]) + np.exp(x[1]) * d

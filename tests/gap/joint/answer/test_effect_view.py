@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from joint_axis import form, measured, response_with, scale, some_effect, torque
 
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.answer.effect_view import VIEWS, effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.fit.joint_fit import JointFit

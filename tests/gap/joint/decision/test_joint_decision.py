@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bayes_hw.gap.effects.catalogue import LABEL_BLOCKS
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide, decide_jointly
 from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence

@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.answer.corrected_axis import CorrectedAxis
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import axis_words
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior, laplace
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -43,6 +44,25 @@ def test_it_lies_beyond_the_commands(posterior: JointPosterior) -> None:
     assert np.sqrt(np.mean(logs**2)) == pytest.approx(LIMIT_LOG_SD, rel=0.15)
     lower = posterior.base["saturation.lower"]
     assert np.std(lower) < 0.02 * abs(np.mean(lower))
+
+
+def test_a_command_beyond_the_records_is_not_cut_at_their_largest(posterior: JointPosterior) -> None:
+    """Held out, it is predicted with the limit where its prior has it, and the doubt of that is drawn; at
+    commands as those of the records nothing changes."""
+    fit = posterior.fit
+    (train,) = fit.response.records
+    starts = Starts.of(fit, [train], [])
+    np.testing.assert_array_equal(
+        starts.predict(fit, train), fit.response.simulate(fit.values, train.u, train.known).y
+    )
+    further = replace(train, u=np.where(train.u == train.u.max(), 1.15 * train.u, train.u))
+    free = replace(fit.values, cascade=replace(fit.values.cascade, upper=np.inf))
+    np.testing.assert_allclose(
+        starts.predict(fit, further), fit.response.simulate(free, further.u, further.known).y
+    )
+    rng = np.random.default_rng(2)
+    drawn = [starts.predict(fit, further, fit.values, rng)[-1] for _ in range(40)]
+    assert np.ptp(drawn) > 0.5 * abs(starts.predict(fit, further)[-1] - starts.predict(fit, train)[-1])
 
 
 def test_a_sentence_names_limits_that_are_reached() -> None:

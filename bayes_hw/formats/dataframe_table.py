@@ -1,0 +1,36 @@
+"""Columns of a pandas DataFrame; pandas itself is not imported, whoever has one has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayes_hw.formats.table import Column, Table, numbers, refuse_infinite
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def table_of_dataframe(table: pd.DataFrame, time: str | None) -> Table:
+    """Every column of numbers, text or dates; an index of dates or durations stands for the column `time`
+    where there is no such column."""
+    columns = {str(name): table[name] for name in table.columns}
+    is_dated = table.index.dtype.kind in "Mm"
+    if time is not None and time not in columns and is_dated:
+        columns[time] = table.index.to_series()
+    values: dict[str, Column] = {}
+    units: dict[str, str] = {}
+    place = lambda index: f"row {index + 1}"  # noqa: E731
+    for name, column in columns.items():
+        zone = getattr(column.dtype, "tz", None)
+        array = np.asarray(column if zone is None else column.dt.tz_convert(None))
+        if array.dtype.kind in "Mm":
+            units[name] = "ns"
+            array = array.astype(f"{array.dtype.kind}8[ns]").astype(np.int64)
+        try:
+            values[name] = numbers(array)
+        except (TypeError, ValueError):
+            values[name] = array.astype(np.str_)
+        refuse_infinite("table", name, "column", values[name], place)
+    return Table(values, (), tuple(columns), "column", place, units)
