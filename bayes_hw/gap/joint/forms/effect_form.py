@@ -22,6 +22,9 @@ since a period that is off by a turn over the travel shows nothing."""
 INNOVATION_COLUMN = "(output)"
 """What stands for the readings themselves among the columns that an effect acts by."""
 
+LEADS = (-3.0, 4.0)
+"""Samples by which the angle that limits look at is ahead of the axis': what of its delay lies behind them."""
+
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
 
@@ -73,7 +76,6 @@ class Form:
     base: int = 0
     column: str = ""
     further: bool = False
-    moves_limits: bool = False
 
     @property
     def is_law(self) -> bool:
@@ -195,10 +197,10 @@ Periods: TypeAlias = Callable[[JointScale], list[float]]
 Wavenumber: TypeAlias = Callable[[JointScale, int], Slot]
 
 
-def _wave(label: str, name: str, place: Place, first: int, periods: Periods, wavenumber: Wavenumber) -> Form:
+def _wave(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
     return Form(
-        label, name, place,
-        lambda s: (Slot(first, "sine"), Slot(first + 1, "cosine"), wavenumber(s, first + 2)),
+        label, name, "output",
+        lambda s: (Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), wavenumber(s, K.WAVENUMBER)),
         lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in periods(s)],
     )  # fmt: skip
 
@@ -258,14 +260,18 @@ BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
-    replace(
-        _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber), moves_limits=True
+    Form(
+        "saturation_drift", "", "input",
+        lambda s: (
+            Slot(K.LIMIT_SINE, "sine"), Slot(K.LIMIT_COSINE, "cosine"), _wavenumber(s, K.LIMIT_WAVENUMBER),
+            Slot(K.LIMIT_LEAD, "lead", False, *LEADS),
+        ),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _any_period(s)],
     ),
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
         lambda _: [(0.0,)],
-        moves_limits=True,
     ),
     Form("command_bias", "", "input", lambda _: (Slot(K.BIAS, "bias"),), lambda _: [(0.0,)]),
     Form(
@@ -294,7 +300,7 @@ FORMS: tuple[Form, ...] = (
     *BY_TWIST.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _second_harmonic(),
-    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),
+    _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),
     _oval(),
     Form(
         "gain_asymmetry", "", "output",
@@ -335,7 +341,7 @@ FORMS: tuple[Form, ...] = (
         ],
         K.MODULATED, K.BASE_TWIST,
     ),
-    _wave("other", "reading over position", "output", K.SINE, _bending, _shape_wavenumber),
+    _wave("other", "reading over position", _bending, _shape_wavenumber),
     _ripple("other", "torque over position", _bending, _shape_wavenumber),
     Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),

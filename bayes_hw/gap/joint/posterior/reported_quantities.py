@@ -131,7 +131,7 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 name, value = "period", 2 * np.pi / value
             elif name == "slowness":
                 name, value = "rate", rate / max(value, 1e-12)
-            elif name in ("time",):
+            elif name in ("time", "lead"):
                 value = value / rate
             elif name == "log_ratio":
                 name, value = "ratio", float(np.exp(value))
@@ -169,7 +169,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
         form, label = effect.form, effect.form.label
         speed = f"{units.output}/s" if form.base == K.BASE_SPEED else units.input
         known = {
-            "period": units.output, "time": "s", "bias": units.input, "half_gap": units.output,
+            "period": units.output, "time": "s", "lead": "s", "bias": units.input, "half_gap": units.output,
             "amount": units.output, "displacement": units.output, "phase": "rad",
             "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,

@@ -18,8 +18,7 @@ def limited_and_gain(
 ) -> tuple[FloatArray, FloatArray]:
     """The delayed command `u` (samples,) behind its limits of size and rate while the axis is at `w`
     (samples,), before its curve; and the factor (samples,) that a drift of the gain puts behind the curve."""
-    rows, c = np.zeros(K.INPUTS), values.cascade
-    rows[K.WARMING] = 1.0
+    rows, c = K.idle_inputs(), values.cascade
     for effect in values.effects:
         if effect.form.place == "input":
             for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):

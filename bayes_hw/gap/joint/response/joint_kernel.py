@@ -50,7 +50,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
     are held; poles, weights and ports are those of a step, all else is stated in samples.
 
-    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (11,) and `outputs`
+    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (12,) and `outputs`
     (10,) as `effect_codes` numbers them, rates as samples per unit, times in samples; `real` (2, n): poles
     and residues; `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections`
     (j, 2, n), `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the
@@ -93,6 +93,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         c_inputs[K.LIMIT_SINE] >= 0 or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
     )
     has_limit_slope = c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    # Limits look at the angle as it is so many steps on, at the speed of the last one.
+    lead = inputs[K.LIMIT_LEAD] * steps
     has_wave = c_outputs[K.SINE] >= 0 or outputs[K.SINE] != 0.0 or outputs[K.COSINE] != 0.0
     has_early = c_inputs[K.EARLY_RATE] >= 0 or inputs[K.EARLY_RATE] > 0.0
     has_late = c_inputs[K.LATE_RATE] >= 0 or inputs[K.LATE_RATE] > 0.0
@@ -102,7 +104,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_play = c_outputs[K.PLAY] >= 0 or outputs[K.PLAY] > 0.0
     has_settling = c_outputs[K.SETTLING] >= 0 or outputs[K.SETTLING] != 0.0
     if has_limit_wave or has_limit_slope:
-        moving = np.arange(columns)
+        moving, remembers = np.arange(columns), True
     else:
         moving = np.concatenate((c_static[:2], c_inputs))
         moving = moving[moving >= 0] if tangents else moving[:0]
@@ -119,13 +121,15 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         for c in moving:
             d_v[c] = 0.0
         factor, factor_by_w = 1.0, 0.0
+        speed = w - carried[at_before]
+        ahead = w + lead * speed
         if has_limit_wave:
-            s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
+            s, co = math.sin(limit_wave * ahead), math.cos(limit_wave * ahead)
             factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co
             turned = inputs[K.LIMIT_SINE] * co - inputs[K.LIMIT_COSINE] * s
             factor_by_w += limit_wave * turned
         if has_limit_slope:
-            factor += inputs[K.LIMIT_SLOPE] * w
+            factor += inputs[K.LIMIT_SLOPE] * ahead
             factor_by_w += inputs[K.LIMIT_SLOPE]
         lowest, highest = lower * factor, upper * factor
         if has_early:
@@ -157,16 +161,20 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 by_factor += by_highest * upper
                 if c_static[1] >= 0:
                     d_v[c_static[1]] += by_highest * factor
-            for c in moving:
-                d_v[c] += by_factor * factor_by_w * d_w[c]
+            if has_limit_wave or has_limit_slope:
+                by_w = by_factor * factor_by_w
+                for c in moving:
+                    d_v[c] += by_w * ((1.0 + lead) * d_w[c] - lead * d_state[at_before, c])
+            if c_inputs[K.LIMIT_LEAD] >= 0:
+                d_v[c_inputs[K.LIMIT_LEAD]] += by_factor * factor_by_w * steps * speed
             if has_limit_wave:
                 if c_inputs[K.LIMIT_SINE] >= 0:
                     d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
                     d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
                 if c_inputs[K.LIMIT_WAVENUMBER] >= 0:
-                    d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * w * turned
+                    d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * ahead * turned
             if c_inputs[K.LIMIT_SLOPE] >= 0:
-                d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * w
+                d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * ahead
         v = limited
         if has_late:
             v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(
