@@ -14,14 +14,14 @@ PLAY, LOG_RATIO, SINE, COSINE, WAVENUMBER, SINE2, COSINE2, RATE, SETTLING, SETTL
 OUTPUTS = 10
 
 COULOMB, STRIBECK, BRISTLE, RIPPLE, CUBIC, GAP, EXCESS, MODULATED, KNOWN, DRAG, SLIP, INNOVATION = range(12)
-BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE = range(5)
+BASE_COMMAND, BASE_SPEED, BASE_TWIST, BASE_POSITION, BASE_TWIST_RATE, BASE_MOTOR = range(6)
 THETAS = 3
 """Parameters of a law, at most."""
 
 
 def idle_inputs(*shape: int) -> FloatArray:
-    """Parameters (*shape, INPUTS) of effects on the command that change nothing; limits look at the angle as it
-    is in the middle of a sample."""
+    """Parameters (*shape, INPUTS) of effects on the command that change nothing; limits look at the angle as
+    it is in the middle of a sample."""
     found = np.zeros((*shape, INPUTS))
     found[..., WARMING], found[..., LIMIT_LEAD] = 1.0, 0.5
     return found

@@ -15,15 +15,18 @@ Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
-COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
-"""Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
-since a period that is off by a turn over the travel shows nothing."""
+COARSE_TURNS, LIMIT_TURNS, TURN_STEP, MOST_TURNS = 7.0, 25.0, 0.5, 90.0
+"""Turns within the travel: started from up to the first, of limits up to the second; scanned in steps of half
+a turn up to the last, since a period that is off by a turn over the travel shows nothing."""
 
 INNOVATION_COLUMN = "(output)"
 """What stands for the readings themselves among the columns that an effect acts by."""
 
+STOP_SHARES = (0.2, 0.3, 0.4, 0.5)
+"""Of the travel."""
+
 LEADS = (-3.0, 4.0)
-"""Samples by which the angle that limits look at is ahead of the axis': what of its delay lies behind them."""
+"""Samples by which the angle that limits look at is ahead: what of the delay lies behind them."""
 
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
@@ -94,9 +97,9 @@ class Form:
         return {K.CUBIC: _twist(scale), K.DRAG: scale.speed * scale.gain}.get(self.law, 1.0)
 
 
-def coarse_periods(scale: JointScale) -> list[float]:
+def coarse_periods(scale: JointScale, most: float = COARSE_TURNS) -> list[float]:
     """Periods seen often enough, long ones, output units."""
-    turns = np.arange(TURNS_SEEN, COARSE_TURNS, TURN_STEP)
+    turns = np.arange(TURNS_SEEN, most, TURN_STEP)
     return [float(scale.travel / t) for t in turns if scale.travel / t >= scale.shortest]
 
 
@@ -205,21 +208,23 @@ def _wave(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Fo
     )  # fmt: skip
 
 
-def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
+def _ripple(
+    label: str, name: str, periods: Periods, wavenumber: Wavenumber, base: int = K.BASE_POSITION
+) -> Form:
     return Form(
         label, name, "law",
         lambda s: (wavenumber(s, 0), Slot(1, "phase")),
         lambda s: [(2 * np.pi / p, phase) for p in periods(s) for phase in (0.4, 2.0)],
-        K.RIPPLE, K.BASE_POSITION,
+        K.RIPPLE, base,
     )  # fmt: skip
 
 
-def _second_harmonic() -> Form:
+def _second_harmonic(base: int, name: str) -> Form:
     return Form(
-        "torque_ripple", "two harmonics", "law",
+        "torque_ripple", f"two harmonics{name}", "law",
         lambda s: (period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
         lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
-        K.RIPPLE, K.BASE_POSITION, further=True,
+        K.RIPPLE, base, further=True,
     )  # fmt: skip
 
 
@@ -236,8 +241,8 @@ def _oval() -> Form:
     )  # fmt: skip
 
 
-def _any_period(scale: JointScale) -> list[float]:
-    return [*coarse_periods(scale), *_bending(scale)]
+def _any_period(scale: JointScale, most: float = COARSE_TURNS) -> list[float]:
+    return [*coarse_periods(scale, most), *_bending(scale)]
 
 
 def turning_periods(scale: JointScale) -> list[float]:
@@ -266,7 +271,7 @@ FORMS: tuple[Form, ...] = (
             Slot(K.LIMIT_SINE, "sine"), Slot(K.LIMIT_COSINE, "cosine"), _wavenumber(s, K.LIMIT_WAVENUMBER),
             Slot(K.LIMIT_LEAD, "lead", False, *LEADS),
         ),
-        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _any_period(s)],
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _any_period(s, LIMIT_TURNS)],
     ),
     Form(
         "saturation_drift", "slope", "input",
@@ -299,7 +304,9 @@ FORMS: tuple[Form, ...] = (
     ),
     *BY_TWIST.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
-    _second_harmonic(),
+    _ripple("torque_ripple", "of the motor", turning_periods, period_wavenumber, K.BASE_MOTOR),
+    _second_harmonic(K.BASE_POSITION, ""),
+    _second_harmonic(K.BASE_MOTOR, " of the motor"),
     _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),
     _oval(),
     Form(
@@ -343,6 +350,12 @@ FORMS: tuple[Form, ...] = (
     ),
     _wave("other", "reading over position", _bending, _shape_wavenumber),
     _ripple("other", "torque over position", _bending, _shape_wavenumber),
+    Form(
+        "other", "stops", "law",
+        lambda s: (Slot(0, "angle", True, 0.02 * s.travel, s.travel),),
+        lambda s: [(share * s.travel,) for share in STOP_SHARES],
+        K.EXCESS, K.BASE_POSITION,
+    ),
     Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(

@@ -17,6 +17,9 @@ from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
+SAME_MODE = 0.25
+"""Logarithm of the frequencies of two explanations within which a mode is the same."""
+
 NEVER_SETTLES = 1 - 1e-6
 """Pole from which a constant torque moves the axis on and on: no displacement is told."""
 
@@ -54,6 +57,24 @@ def dominant_sections(fit: JointFit) -> list[int]:
             for a1, a2 in cascade.sections[:2].T
         ]
         found.append(int(np.argmin(distance)))
+    return found
+
+
+def sections_of_modes(fit: JointFit, sections: Iterable[int], wider: JointFit) -> list[int]:
+    """Where the modes of `sections` of a fit are among those of another one, which a descent may have
+    exchanged or drawn apart into real poles: the nearest in frequency, without those that are not there."""
+    rate, found = fit.response.scale.rate_hz, list[int]()
+    theirs = {
+        i: _mode(a1, a2, rate).frequency_hz
+        for i, (a1, a2) in enumerate(wider.values.cascade.sections[:2].T)
+        if a1 * a1 / 4 < a2
+    }
+    for section in sections:
+        here = _mode(*fit.values.cascade.sections[:2, section], rate).frequency_hz
+        distance = {i: abs(np.log(f / here)) for i, f in theirs.items() if i not in found}
+        nearest = min(distance, key=lambda i: distance[i], default=None)
+        if nearest is not None and distance[nearest] < SAME_MODE:
+            found.append(nearest)
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -38,6 +40,13 @@ def through_drive(structure: Structure, values: JointValues, rows: FloatArray) -
     for a1, a2, b1, b2 in c.sections.T:
         found += lfilter([0.0, b1, b2], [1.0, -a1, a2], rows, axis=1)
     return found
+
+
+def motor_angle(structure: Structure, values: JointValues, v: FloatArray) -> FloatArray:
+    """w (samples,) without what swings, of the limited command v (samples,) without torques."""
+    c = values.cascade
+    rigid = replace(c, sections=c.sections[:, :0])
+    return through_drive(structure, replace(values, cascade=rigid), v[None])[0]
 
 
 def through_port(values: JointValues, effect: Effect, rows: FloatArray) -> FloatArray:

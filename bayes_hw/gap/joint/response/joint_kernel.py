@@ -3,7 +3,8 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
+behind the input's effects, the speed of w, w itself, the motor's angle (w without what swings: the states of
+G's integrator and real poles), or the twist of a spring and its rate: the second and
 third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
 spring passes on depends on its twist and not on the acceleration, to which every torque adds. Friction of
 the load meets the speed over the coming step, its own part in it included: it is solved for the torque, in
@@ -89,10 +90,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     early = late = out = 0.0
     gain, ratio = inputs[K.CHANGE], math.exp(outputs[K.LOG_RATIO])
     wave, limit_wave = outputs[K.WAVENUMBER], inputs[K.LIMIT_WAVENUMBER]
-    has_limit_wave = (
-        c_inputs[K.LIMIT_SINE] >= 0 or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
-    )
-    has_limit_slope = c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    limits_move = c_inputs[K.LIMIT_SINE] >= 0 or c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    limits_move = limits_move or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
     # Limits look at the angle as it is so many steps on, at the speed of the last one.
     lead = inputs[K.LIMIT_LEAD] * steps
     has_wave = c_outputs[K.SINE] >= 0 or outputs[K.SINE] != 0.0 or outputs[K.COSINE] != 0.0
@@ -103,7 +102,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_change = c_inputs[K.CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[K.PLAY] >= 0 or outputs[K.PLAY] > 0.0
     has_settling = c_outputs[K.SETTLING] >= 0 or outputs[K.SETTLING] != 0.0
-    if has_limit_wave or has_limit_slope:
+    if limits_move:
         moving, remembers = np.arange(columns), True
     else:
         moving = np.concatenate((c_static[:2], c_inputs))
@@ -120,17 +119,13 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         asked = u[sample]
         for c in moving:
             d_v[c] = 0.0
-        factor, factor_by_w = 1.0, 0.0
-        speed = w - carried[at_before]
-        ahead = w + lead * speed
-        if has_limit_wave:
+        factor = 1.0
+        if limits_move:
+            speed = w - carried[at_before]
+            ahead = w + lead * speed
             s, co = math.sin(limit_wave * ahead), math.cos(limit_wave * ahead)
-            factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co
+            factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co + inputs[K.LIMIT_SLOPE] * ahead
             turned = inputs[K.LIMIT_SINE] * co - inputs[K.LIMIT_COSINE] * s
-            factor_by_w += limit_wave * turned
-        if has_limit_slope:
-            factor += inputs[K.LIMIT_SLOPE] * ahead
-            factor_by_w += inputs[K.LIMIT_SLOPE]
         lowest, highest = lower * factor, upper * factor
         if has_early:
             limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
@@ -161,20 +156,17 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 by_factor += by_highest * upper
                 if c_static[1] >= 0:
                     d_v[c_static[1]] += by_highest * factor
-            if has_limit_wave or has_limit_slope:
-                by_w = by_factor * factor_by_w
+            if limits_move:
+                by_ahead = by_factor * (limit_wave * turned + inputs[K.LIMIT_SLOPE])
                 for c in moving:
-                    d_v[c] += by_w * ((1.0 + lead) * d_w[c] - lead * d_state[at_before, c])
-            if c_inputs[K.LIMIT_LEAD] >= 0:
-                d_v[c_inputs[K.LIMIT_LEAD]] += by_factor * factor_by_w * steps * speed
-            if has_limit_wave:
+                    d_v[c] += by_ahead * ((1.0 + lead) * d_w[c] - lead * d_state[at_before, c])
                 if c_inputs[K.LIMIT_SINE] >= 0:
                     d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
                     d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
-                if c_inputs[K.LIMIT_WAVENUMBER] >= 0:
+                    d_v[c_inputs[K.LIMIT_LEAD]] += by_ahead * steps * speed
                     d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * ahead * turned
-            if c_inputs[K.LIMIT_SLOPE] >= 0:
-                d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * ahead
+                if c_inputs[K.LIMIT_SLOPE] >= 0:
+                    d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * ahead
         v = limited
         if has_late:
             v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(

@@ -13,6 +13,7 @@ from numba import njit
 
 from bayes_hw.gap.joint.forms.effect_codes import (
     BASE_COMMAND,
+    BASE_MOTOR,
     BASE_SPEED,
     BASE_TWIST,
     BASE_TWIST_RATE,
@@ -49,8 +50,8 @@ from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def limited_command(asked, w, speed, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
-    """The command behind limits of rate and size, `ins` (12,), at position w after a step of `speed`, and both
-    ramps after it."""
+    """The command behind limits of rate and size, `ins` (12,), at position w after a step of `speed`, and
+    both ramps after it."""
     ahead = w + ins[LIMIT_LEAD] * speed
     a = ins[LIMIT_WAVENUMBER] * ahead
     factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * ahead
@@ -168,6 +169,10 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         q *= steps
                     elif bases[j] == BASE_SPEED:
                         q = (w - w1) * steps
+                    elif bases[j] == BASE_MOTOR:
+                        q = integral
+                        for i in range(n_real):
+                            q += x_real[i]
                     elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
                         power = 2 if bases[j] == BASE_TWIST else 3
                         scaled = float(steps) ** power

@@ -15,6 +15,7 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
+from bayes_hw.gap.joint.response.effect_paths import motor_angle
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import whitened_blocks
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
@@ -98,29 +99,34 @@ def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
 
 def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[float, ...]:
     """Periods in position, output units, at which the residual follows a wave, of either phase in either
-    direction of motion: a torque's response lags, so that its phase turns round with the speed."""
+    direction of motion: a torque's response lags, so that its phase turns round with the speed. The position
+    is that of the load or of the motor, which a resonance sets apart."""
     values, travel = fit.values, fit.response.scale.travel
+    cycles = scanned_cycles()
+    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
+    if not len(cycles):
+        return ()
     waves = []
     for number in range(len(fit.response.records)):
         run = fit.response.along(values, number)
         speed = np.gradient(run.w)
         usual = float(np.sqrt(np.mean(speed**2))) or 1.0
         over = 1.0 if fit.response.weights is None else fit.response.weights[number]
-        waves.append((run.w, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
-    cycles = scanned_cycles()
-    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
-    if not len(cycles):
-        return ()
+        positions = (run.w, motor_angle(fit.structure, values, run.v))
+        waves.append((positions, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
 
-    def promised(count: float) -> list[float]:
+    def promised(body: int, count: float) -> list[float]:
         tangents = []
-        for w, direction, slope in waves:
-            angle = 2 * np.pi * count / travel * w
+        for positions, direction, slope in waves:
+            angle = 2 * np.pi * count / travel * positions[body]
             plain = np.stack([np.sin(angle), np.cos(angle)])
             tangents.append(np.concatenate([plain, plain * direction]) * slope)
         return [noise.gain(tangents) for noise in noises]
 
-    gains = np.array(each(promised, list(cycles))).T
+    def of_both(count: float) -> list[float]:
+        return [gain for body in range(2) for gain in promised(body, count)]
+
+    gains = np.array(each(of_both, list(cycles))).T
     best: set[int] = set()
     for row in gains:
         padded = np.concatenate([[-np.inf], row, [-np.inf]])
