@@ -15,9 +15,12 @@ Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
-COARSE_TURNS, LIMIT_TURNS, TURN_STEP, MOST_TURNS = 7.0, 25.0, 0.5, 90.0
-"""Turns within the travel: started from up to the first, of limits up to the second; scanned in steps of half
-a turn up to the last, since a period that is off by a turn over the travel shows nothing."""
+COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
+"""Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
+since a period that is off by a turn over the travel shows nothing."""
+
+LIMIT_TURNS = range(7, 25)
+"""From which limits that move are begun too: what is off by half a turn still shows."""
 
 INNOVATION_COLUMN = "(output)"
 """What stands for the readings themselves among the columns that an effect acts by."""
@@ -36,8 +39,9 @@ LONG_PERIODS = 8
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
     sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
-    `periods` (output units) are those that a scan found promising, `shortest` the shortest that may be looked
-    for: what rounding does repeats with its step."""
+    `periods` and `motor_periods` (output units) are those that a scan found promising in the positions of the
+    load and of the motor, `shortest` the shortest that may be looked for: what rounding does repeats with its
+    step."""
 
     speed: float
     gain: float
@@ -46,6 +50,7 @@ class JointScale:
     samples: int
     rate_hz: float
     periods: tuple[float, ...] = ()
+    motor_periods: tuple[float, ...] = ()
     shortest: float = 0.0
 
 
@@ -97,9 +102,9 @@ class Form:
         return {K.CUBIC: _twist(scale), K.DRAG: scale.speed * scale.gain}.get(self.law, 1.0)
 
 
-def coarse_periods(scale: JointScale, most: float = COARSE_TURNS) -> list[float]:
+def coarse_periods(scale: JointScale) -> list[float]:
     """Periods seen often enough, long ones, output units."""
-    turns = np.arange(TURNS_SEEN, most, TURN_STEP)
+    turns = np.arange(TURNS_SEEN, COARSE_TURNS, TURN_STEP)
     return [float(scale.travel / t) for t in turns if scale.travel / t >= scale.shortest]
 
 
@@ -241,13 +246,22 @@ def _oval() -> Form:
     )  # fmt: skip
 
 
-def _any_period(scale: JointScale, most: float = COARSE_TURNS) -> list[float]:
-    return [*coarse_periods(scale, most), *_bending(scale)]
+def _any_period(scale: JointScale) -> list[float]:
+    return [*coarse_periods(scale), *_bending(scale)]
+
+
+def _limit_periods(scale: JointScale) -> list[float]:
+    shorter = [scale.travel / turns for turns in LIMIT_TURNS]
+    return [*_any_period(scale), *(p for p in shorter if p >= scale.shortest)]
 
 
 def turning_periods(scale: JointScale) -> list[float]:
     """What a scan found, or long periods seen often enough."""
     return list(scale.periods) or coarse_periods(scale)
+
+
+def _motor_periods(scale: JointScale) -> list[float]:
+    return list(scale.motor_periods) or coarse_periods(scale)
 
 
 def _turning_or_long(scale: JointScale) -> list[float]:
@@ -271,7 +285,7 @@ FORMS: tuple[Form, ...] = (
             Slot(K.LIMIT_SINE, "sine"), Slot(K.LIMIT_COSINE, "cosine"), _wavenumber(s, K.LIMIT_WAVENUMBER),
             Slot(K.LIMIT_LEAD, "lead", False, *LEADS),
         ),
-        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _any_period(s, LIMIT_TURNS)],
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _limit_periods(s)],
     ),
     Form(
         "saturation_drift", "slope", "input",
@@ -304,7 +318,7 @@ FORMS: tuple[Form, ...] = (
     ),
     *BY_TWIST.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
-    _ripple("torque_ripple", "of the motor", turning_periods, period_wavenumber, K.BASE_MOTOR),
+    _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
     _second_harmonic(K.BASE_POSITION, ""),
     _second_harmonic(K.BASE_MOTOR, " of the motor"),
     _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),

@@ -70,7 +70,8 @@ def sections_of_modes(fit: JointFit, sections: Iterable[int], wider: JointFit) -
         if a1 * a1 / 4 < a2
     }
     for section in sections:
-        here = _mode(*fit.values.cascade.sections[:2, section], rate).frequency_hz
+        a1, a2 = fit.values.cascade.sections[:2, section]
+        here = _mode(a1, a2, rate).frequency_hz
         distance = {i: abs(np.log(f / here)) for i, f in theirs.items() if i not in found}
         nearest = min(distance, key=lambda i: distance[i], default=None)
         if nearest is not None and distance[nearest] < SAME_MODE:

@@ -84,7 +84,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
         c_signal_sections,
     )  # fmt: skip
-    remembers = np.any(looks[1:, at_before] != 0.0)
+    remembers = bool(np.any(looks[1:, at_before] != 0.0))
     # The speed that a unit of a torque makes up over the step that it acts on.
     own = steps * np.sum(enters[1:] * looks[0, :states], axis=1)
     early = late = out = 0.0

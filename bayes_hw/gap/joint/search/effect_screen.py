@@ -17,8 +17,8 @@ from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
 from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, noise_screens
 from bayes_hw.gap.joint.response.effect_paths import motor_angle
 
-PERIODS_KEPT = 6
-"""Of a scan under each noise."""
+PERIODS_KEPT, MOTOR_PERIODS_KEPT = 6, 3
+"""Of a scan under each noise, of the load's position and of the motor's."""
 
 TURNING_SHARE = 0.05
 """Of the root mean square speed: over which the phase of a torque's response turns round at a reversal."""
@@ -36,7 +36,8 @@ class Start:
 def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     """Every start of every form with its promises."""
     noises = noise_screens(fit)
-    scale = replace(fit.response.scale, periods=promising_periods(fit, noises))
+    of_load, of_motor = promising_periods(fit, noises)
+    scale = replace(fit.response.scale, periods=of_load, motor_periods=of_motor)
 
     def promising(one: tuple[Form, Sequence[float]]) -> Start:
         form, values = one
@@ -46,15 +47,17 @@ def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     return each(promising, [(form, values) for form in forms for values in form.starts(scale)])
 
 
-def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[float, ...]:
+def promising_periods(
+    fit: JointFit, noises: Sequence[NoiseScreen]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Periods in position, output units, at which the residual follows a wave, of either phase in either
-    direction of motion: a torque's response lags, so that its phase turns round with the speed. The position
-    is that of the load or of the motor, which a resonance sets apart."""
+    direction of motion: a torque's response lags, so that its phase turns round with the speed. Those in the
+    position of the load, and those in the motor's, which a resonance sets apart."""
     values, travel = fit.values, fit.response.scale.travel
     cycles = scanned_cycles()
     cycles = cycles[travel / cycles >= fit.response.scale.shortest]
     if not len(cycles):
-        return ()
+        return (), ()
     waves = []
     for number in range(len(fit.response.records)):
         run = fit.response.along(values, number)
@@ -64,7 +67,7 @@ def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[flo
         positions = (run.w, motor_angle(fit.structure, values, run.v))
         waves.append((positions, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
 
-    def promised(body: int, count: float) -> list[float]:
+    def promised(count: float, body: int) -> list[float]:
         tangents = []
         for positions, direction, slope in waves:
             angle = 2 * np.pi * count / travel * positions[body]
@@ -72,16 +75,15 @@ def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[flo
             tangents.append(np.concatenate([plain, plain * direction]) * slope)
         return [noise.gain(tangents) for noise in noises]
 
-    def of_both(count: float) -> list[float]:
-        return [gain for body in range(2) for gain in promised(body, count)]
+    def best_of(body: int, kept: int) -> tuple[float, ...]:
+        best: set[int] = set()
+        for row in np.array(each(lambda count: promised(count, body), list(cycles))).T:
+            padded = np.concatenate([[-np.inf], row, [-np.inf]])
+            peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
+            best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:kept]]}
+        return tuple(float(travel / cycles[i]) for i in sorted(best))
 
-    gains = np.array(each(of_both, list(cycles))).T
-    best: set[int] = set()
-    for row in gains:
-        padded = np.concatenate([[-np.inf], row, [-np.inf]])
-        peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
-        best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:PERIODS_KEPT]]}
-    return tuple(float(travel / cycles[i]) for i in sorted(best))
+    return best_of(0, PERIODS_KEPT), best_of(1, MOTOR_PERIODS_KEPT)
 
 
 def best_starts(starts: Sequence[Start], count: int) -> list[Start]:
