@@ -42,9 +42,9 @@ def test_noise_that_knows_the_command_is_no_wind() -> None:
         {"wind": 300.0, "friction": 900.0}, {}, {}, 1200.0, ("wind", "friction"), Remainder(1, 0)
     )
     assert decide(found).answer == ("friction", "wind")
-    changed = decide(replace(found, remainder=replace(found.remainder, changed=60.0)))
+    changed = decide(replace(found, remainder=replace(found.remainder, commanded=60.0)))
     assert changed.answer == ("friction", "other")
-    alone = replace(found, nats={"wind": 300.0}, labels=("wind",), remainder=Remainder(1, 0, changed=60.0))
+    alone = replace(found, nats={"wind": 300.0}, labels=("wind",), remainder=Remainder(1, 0, commanded=60.0))
     assert decide(alone).answer == ("other",)
 
 

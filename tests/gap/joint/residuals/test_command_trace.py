@@ -1,4 +1,4 @@
-"""A change of the limits at an instant is told from noise that knows nothing of the command."""
+"""Limits that change at an instant, and play of the command, are told from noise that knows nothing of it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from joint_axis import CASCADE, SIGMA, STRUCTURE, command, record, response_with
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.decision.joint_decision import CHANGED_NATS
+from bayes_hw.gap.joint.decision.joint_decision import COMMANDED_NATS
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.residuals.change_in_time import change_nats
+from bayes_hw.gap.joint.residuals.command_trace import command_nats, last_direction
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -25,20 +25,33 @@ def _nats(angles: list[FloatArray]) -> float:
     """Of the axis without any change, fitted to noise of up to order 12."""
     records = [record(y, seed) for seed, y in enumerate(angles, start=1)]
     response = JointResponse(STRUCTURE_TOO, (), records, scale(SAMPLES))
-    return change_nats(JointFit(response, evaluate(response, response.coordinates(JointValues(INTEGRATING)))))
+    return command_nats(
+        JointFit(response, evaluate(response, response.coordinates(JointValues(INTEGRATING))))
+    )
 
 
-def test_limits_that_fall_are_seen_and_slow_noise_is_not() -> None:
+def test_limits_that_fall_and_play_are_seen_and_slow_noise_is_not() -> None:
     response, _ = response_with((), SAMPLES)
     response = replace(response, structure=STRUCTURE_TOO)
     values = JointValues(INTEGRATING)
-    fallen, blown = [], []
+    fallen, played, blown = [], [], []
     for seed, instant in ((1, 200), (2, 450)):
         rng, u = np.random.default_rng(seed), command(SAMPLES, seed)
         noise = SIGMA * rng.standard_normal(SAMPLES)
         derated = np.where(np.arange(SAMPLES) < instant, u, np.clip(u, -0.9 * 0.35, 0.9 * 0.3))
         fallen.append(response.simulate(values, derated).y + noise)
+        behind = np.empty(SAMPLES)
+        kept = 0.0
+        for k, asked in enumerate(u):
+            kept = behind[k] = min(max(kept, asked - 0.02), asked + 0.02)
+        played.append(response.simulate(values, behind).y + noise)
         slow = lfilter([1.0], [1.0, -0.99], 0.05 * SIGMA * rng.standard_normal(SAMPLES))
         blown.append(response.simulate(values, u).y + noise + lfilter([1.0], [1.0, -0.98], slow))
-    assert _nats(fallen) > CHANGED_NATS
-    assert _nats(blown) < 0.2 * CHANGED_NATS
+    assert _nats(fallen) > COMMANDED_NATS
+    assert _nats(played) > COMMANDED_NATS
+    assert _nats(blown) < 0.2 * COMMANDED_NATS
+
+
+def test_the_last_direction_is_kept_while_a_command_is_held() -> None:
+    held = last_direction(np.array([0.0, 0.0, 0.2, 0.2, 0.1, 0.1, 0.1, 0.3]))
+    assert held.tolist() == [0, 0, 1, 1, -1, -1, -1, 1]
