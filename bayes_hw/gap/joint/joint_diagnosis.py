@@ -56,7 +56,7 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
     without_glitches,
 )
 from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
-from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
+from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections, sections_of_modes
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -179,10 +179,11 @@ def diagnose_records(
             inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
             posterior = laplace_given(fit, records[0].units, rng, inflation)
         else:
-            sections, wider = dominant_sections(fit), widened(fit)
+            wider = widened(fit)
             if samples > MOST_SAMPLES:
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
+            sections = sections_of_modes(fit, dominant_sections(fit), wider)
             inflation = OF_ROUNDED if poorly or fit.observer is not None else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)

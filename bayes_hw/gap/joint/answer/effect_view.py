@@ -54,7 +54,7 @@ def _torque(seen: Seen, label: str) -> EffectView:
     quantity = {"friction": "friction", "torque_ripple": "torque"}.get(label, "torque beside the spring's")
     up, unit_up = (sign, "of its law") if unit is None else (sign * unit, f"{units.output}/s^2")
     over, across, over_unit = _abscissa(effect, units.output, units.input, seen.rate)
-    if effect.form.base == K.BASE_POSITION:
+    if effect.form.law == K.RIPPLE:
         period = 2 * np.pi / float(effect.values[0])
         q = [np.mod(one, period) for one in q]
         over = f"position within its period of {period:.4g} {units.output}"
@@ -76,6 +76,7 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
             "speed of the twist, as the change of acceleration that it gives", rate**3, f"{output}/s^3",
         ),
         K.BASE_POSITION: ("position", 1.0, output),
+        K.BASE_MOTOR: ("position of the motor", 1.0, output),
     }[effect.form.base]  # fmt: skip
 
 

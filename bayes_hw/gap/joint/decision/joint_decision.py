@@ -29,6 +29,9 @@ their own; a slow axis shows a staircase of any length."""
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
 
+COMMANDED_NATS = 25.0
+"""From which what noise of a cause knows of the command is no chance."""
+
 LEAST_BESIDE = 0.1
 """Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
 and what mends it a little is no effect of its own."""
@@ -68,6 +71,9 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
+    elif found.remainder.commanded > COMMANDED_NATS:
+        # Wind and an angle that walks know nothing of what is commanded.
+        remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:
         theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)
         coloured = found.remainder.coloured - theirs

@@ -156,7 +156,7 @@ class JointFit:
         )
 
     def _response_of(self, structure: Structure, values: JointValues) -> JointResponse:
-        steps = self.response.steps if any(e.acts_within_sample for e in values.effects) else 1
+        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
         return replace(self.response, structure=structure, template=values.effects, steps=steps)
 
     def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:

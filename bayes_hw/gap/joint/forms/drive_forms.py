@@ -1,8 +1,8 @@
 """Forms without a name that are looked for around a given model: faults of its drive and of its loop.
 
 The states of G with the command make up whatever the loop sees and asks for, so that a law that looks at them
-needs no drive train: a drive that gives no more, or none below, a demand; an angle beyond which the axis is
-held; a measured speed that is wrong by a share that is periodic in position.
+needs no drive train: a drive that gives no more, or none below, a demand; a measured speed that is wrong by
+a share that is periodic in position.
 """
 
 from __future__ import annotations
@@ -23,9 +23,6 @@ LIMIT_SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
 BAND_SHARES = (0.01, 0.03, 0.1, 0.3)
 """Of the limited command's speed: demands where a drive gives no more, and below which it gives none."""
 
-STOP_SHARES = (0.2, 0.3, 0.4, 0.5)
-"""Of the travel."""
-
 
 def _demand(scale: JointScale) -> tuple[Slot, ...]:
     return (Slot(0, "demand", True, 3e-4 * scale.speed, 30 * scale.speed),)
@@ -41,12 +38,6 @@ DRIVE_FORMS: tuple[Form, ...] = (
         "other", "dead band of the drive", "law", _demand,
         lambda s: [(share * s.speed,) for share in BAND_SHARES],
         K.GAP, K.BASE_COMMAND,
-    ),
-    Form(
-        "other", "stops", "law",
-        lambda s: (Slot(0, "angle", True, 0.02 * s.travel, s.travel),),
-        lambda s: [(share * s.travel,) for share in STOP_SHARES],
-        K.EXCESS, K.BASE_POSITION,
     ),
     Form(
         "other", "speed reading over position", "law",

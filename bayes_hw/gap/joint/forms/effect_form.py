@@ -19,8 +19,17 @@ COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
 """Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
 since a period that is off by a turn over the travel shows nothing."""
 
+LIMIT_TURNS = range(7, 25)
+"""From which limits that move are begun too: what is off by half a turn still shows."""
+
 INNOVATION_COLUMN = "(output)"
 """What stands for the readings themselves among the columns that an effect acts by."""
+
+STOP_SHARES = (0.2, 0.3, 0.4, 0.5)
+"""Of the travel."""
+
+LEADS = (-3.0, 4.0)
+"""Samples by which the angle that limits look at is ahead: what of the delay lies behind them."""
 
 LONG_PERIODS = 8
 """Periods that are screened from those seen TURNS_SEEN times to 8 times the travel."""
@@ -30,8 +39,9 @@ LONG_PERIODS = 8
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
     sample and unit of command, `travel` and `sigma` in output units, `samples` of the longest record;
-    `periods` (output units) are those that a scan found promising, `shortest` the shortest that may be looked
-    for: what rounding does repeats with its step."""
+    `periods` and `motor_periods` (output units) are those that a scan found promising in the positions of the
+    load and of the motor, `shortest` the shortest that may be looked for: what rounding does repeats with its
+    step."""
 
     speed: float
     gain: float
@@ -40,6 +50,7 @@ class JointScale:
     samples: int
     rate_hz: float
     periods: tuple[float, ...] = ()
+    motor_periods: tuple[float, ...] = ()
     shortest: float = 0.0
 
 
@@ -73,7 +84,6 @@ class Form:
     base: int = 0
     column: str = ""
     further: bool = False
-    moves_limits: bool = False
 
     @property
     def is_law(self) -> bool:
@@ -195,29 +205,31 @@ Periods: TypeAlias = Callable[[JointScale], list[float]]
 Wavenumber: TypeAlias = Callable[[JointScale, int], Slot]
 
 
-def _wave(label: str, name: str, place: Place, first: int, periods: Periods, wavenumber: Wavenumber) -> Form:
+def _wave(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
     return Form(
-        label, name, place,
-        lambda s: (Slot(first, "sine"), Slot(first + 1, "cosine"), wavenumber(s, first + 2)),
+        label, name, "output",
+        lambda s: (Slot(K.SINE, "sine"), Slot(K.COSINE, "cosine"), wavenumber(s, K.WAVENUMBER)),
         lambda s: [(0.0, 0.0, 2 * np.pi / p) for p in periods(s)],
     )  # fmt: skip
 
 
-def _ripple(label: str, name: str, periods: Periods, wavenumber: Wavenumber) -> Form:
+def _ripple(
+    label: str, name: str, periods: Periods, wavenumber: Wavenumber, base: int = K.BASE_POSITION
+) -> Form:
     return Form(
         label, name, "law",
         lambda s: (wavenumber(s, 0), Slot(1, "phase")),
         lambda s: [(2 * np.pi / p, phase) for p in periods(s) for phase in (0.4, 2.0)],
-        K.RIPPLE, K.BASE_POSITION,
+        K.RIPPLE, base,
     )  # fmt: skip
 
 
-def _second_harmonic() -> Form:
+def _second_harmonic(base: int, name: str) -> Form:
     return Form(
-        "torque_ripple", "two harmonics", "law",
+        "torque_ripple", f"two harmonics{name}", "law",
         lambda s: (period_wavenumber(s, 0), Slot(1, "phase"), Slot(2, "second", False, -2.0, 2.0)),
         lambda s: [(4 * np.pi / s.travel, 0.4, 0.1)],
-        K.RIPPLE, K.BASE_POSITION, further=True,
+        K.RIPPLE, base, further=True,
     )  # fmt: skip
 
 
@@ -238,9 +250,18 @@ def _any_period(scale: JointScale) -> list[float]:
     return [*coarse_periods(scale), *_bending(scale)]
 
 
+def _limit_periods(scale: JointScale) -> list[float]:
+    shorter = [scale.travel / turns for turns in LIMIT_TURNS]
+    return [*_any_period(scale), *(p for p in shorter if p >= scale.shortest)]
+
+
 def turning_periods(scale: JointScale) -> list[float]:
     """What a scan found, or long periods seen often enough."""
     return list(scale.periods) or coarse_periods(scale)
+
+
+def _motor_periods(scale: JointScale) -> list[float]:
+    return list(scale.motor_periods) or coarse_periods(scale)
 
 
 def _turning_or_long(scale: JointScale) -> list[float]:
@@ -258,14 +279,18 @@ BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
 FORMS: tuple[Form, ...] = (
     _early_rate(K.LATE_RATE, ""),
     _early_rate(K.EARLY_RATE, "before the limiter"),
-    replace(
-        _wave("saturation_drift", "", "input", K.LIMIT_SINE, _any_period, _wavenumber), moves_limits=True
+    Form(
+        "saturation_drift", "", "input",
+        lambda s: (
+            Slot(K.LIMIT_SINE, "sine"), Slot(K.LIMIT_COSINE, "cosine"), _wavenumber(s, K.LIMIT_WAVENUMBER),
+            Slot(K.LIMIT_LEAD, "lead", False, *LEADS),
+        ),
+        lambda s: [(0.0, 0.0, 2 * np.pi / p, 0.5) for p in _limit_periods(s)],
     ),
     Form(
         "saturation_drift", "slope", "input",
         lambda s: (Slot(K.LIMIT_SLOPE, "slope", False, -2 / s.travel, 2 / s.travel),),
         lambda _: [(0.0,)],
-        moves_limits=True,
     ),
     Form("command_bias", "", "input", lambda _: (Slot(K.BIAS, "bias"),), lambda _: [(0.0,)]),
     Form(
@@ -293,8 +318,10 @@ FORMS: tuple[Form, ...] = (
     ),
     *BY_TWIST.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
-    _second_harmonic(),
-    _wave("encoder_eccentricity", "", "output", K.SINE, _turning_or_long, period_wavenumber),
+    _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
+    _second_harmonic(K.BASE_POSITION, ""),
+    _second_harmonic(K.BASE_MOTOR, " of the motor"),
+    _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),
     _oval(),
     Form(
         "gain_asymmetry", "", "output",
@@ -335,8 +362,14 @@ FORMS: tuple[Form, ...] = (
         ],
         K.MODULATED, K.BASE_TWIST,
     ),
-    _wave("other", "reading over position", "output", K.SINE, _bending, _shape_wavenumber),
+    _wave("other", "reading over position", _bending, _shape_wavenumber),
     _ripple("other", "torque over position", _bending, _shape_wavenumber),
+    Form(
+        "other", "stops", "law",
+        lambda s: (Slot(0, "angle", True, 0.02 * s.travel, s.travel),),
+        lambda s: [(share * s.travel,) for share in STOP_SHARES],
+        K.EXCESS, K.BASE_POSITION,
+    ),
     Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(

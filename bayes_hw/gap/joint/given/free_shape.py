@@ -19,7 +19,7 @@ from scipy import linalg
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, LABEL_PRICE_NATS
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.search.effect_screen import NoiseScreen, first_order_noise
+from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, first_order_noise
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import descend, evaluate
 from bayes_hw.identify.holes import mask_of

@@ -11,8 +11,9 @@ from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
-from bayes_hw.gap.joint.search.effect_screen import best_starts, noise_screens, screened
+from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.growth.levels import WHITE
 

@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.leading_sample import leading_draws, second_sample
 from bayes_hw.gap.joint.fit.unreached_limits import unreached_limits
 from bayes_hw.gap.joint.posterior.reported_quantities import (
+    SAME_MODE,
     base_quantities,
     base_units,
     dominant_sections,
@@ -31,9 +32,6 @@ docs/decisions/0016-joint-search.md."""
 RIDGE = 1e-9
 RIDGES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Least eigenvalues of a correlation matrix, in turn, until a draw is one that the records allow."""
-
-SAME_MODE = 0.25
-"""Logarithm of the frequencies of two explanations within which a mode is the same."""
 
 TRIES = 20
 """Normals that a draw may take until its poles are of the fit's kinds."""

@@ -17,6 +17,9 @@ from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
 from bayes_hw.record import Units
 
+SAME_MODE = 0.25
+"""Logarithm of the frequencies of two explanations within which a mode is the same."""
+
 NEVER_SETTLES = 1 - 1e-6
 """Pole from which a constant torque moves the axis on and on: no displacement is told."""
 
@@ -54,6 +57,25 @@ def dominant_sections(fit: JointFit) -> list[int]:
             for a1, a2 in cascade.sections[:2].T
         ]
         found.append(int(np.argmin(distance)))
+    return found
+
+
+def sections_of_modes(fit: JointFit, sections: Iterable[int], wider: JointFit) -> list[int]:
+    """Where the modes of `sections` of a fit are among those of another one, which a descent may have
+    exchanged or drawn apart into real poles: the nearest in frequency, without those that are not there."""
+    rate, found = fit.response.scale.rate_hz, list[int]()
+    theirs = {
+        i: _mode(a1, a2, rate).frequency_hz
+        for i, (a1, a2) in enumerate(wider.values.cascade.sections[:2].T)
+        if a1 * a1 / 4 < a2
+    }
+    for section in sections:
+        a1, a2 = fit.values.cascade.sections[:2, section]
+        here = _mode(a1, a2, rate).frequency_hz
+        distance = {i: abs(np.log(f / here)) for i, f in theirs.items() if i not in found}
+        nearest = min(distance, key=lambda i: distance[i], default=None)
+        if nearest is not None and distance[nearest] < SAME_MODE:
+            found.append(nearest)
     return found
 
 
@@ -131,7 +153,7 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 name, value = "period", 2 * np.pi / value
             elif name == "slowness":
                 name, value = "rate", rate / max(value, 1e-12)
-            elif name in ("time",):
+            elif name in ("time", "lead"):
                 value = value / rate
             elif name == "log_ratio":
                 name, value = "ratio", float(np.exp(value))
@@ -169,7 +191,7 @@ def effect_units(fit: JointFit, units: Units) -> dict[str, str]:
         form, label = effect.form, effect.form.label
         speed = f"{units.output}/s" if form.base == K.BASE_SPEED else units.input
         known = {
-            "period": units.output, "time": "s", "bias": units.input, "half_gap": units.output,
+            "period": units.output, "time": "s", "lead": "s", "bias": units.input, "half_gap": units.output,
             "amount": units.output, "displacement": units.output, "phase": "rad",
             "slope": f"1/{units.output}",
             "smoothing_speed": speed, "stribeck_speed": speed, "presliding": units.output,

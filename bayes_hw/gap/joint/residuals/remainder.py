@@ -10,6 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.noise_rhythm import rhythm_nats
+from bayes_hw.gap.joint.residuals.command_trace import command_nats
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
 
@@ -22,16 +23,19 @@ LONGEST_LAG = 200
 @dataclass(frozen=True)
 class Remainder:
     """What the final fit leaves: order of its noise, by how many nats that explains it better than noise of
-    the first order, nats of a variance that changes in a rhythm."""
+    the first order, nats of a variance that changes in a rhythm; where its noise has a cause,
+    those of what it knows of the command, which no such cause does."""
 
     order: int
     coloured: float
     rhythm: float = 0.0
+    commanded: float = 0.0
 
 
 def remainder_of(fit: JointFit) -> Remainder:
     """Of a fit's weighted residuals."""
-    return Remainder(fit.noise_order, coloured_nats(fit), rhythm_nats(innovations(fit.point)))
+    commanded = 0.0 if fit.response.cause is None else command_nats(fit)
+    return Remainder(fit.noise_order, coloured_nats(fit), rhythm_nats(innovations(fit.point)), commanded)
 
 
 def coloured_nats(fit: JointFit) -> float:

@@ -56,8 +56,8 @@ class EffectLoop:
         scale, structure, steps = self.response.scale, self.response.structure, self.response.steps
         laws = [e.form for e in self.response.template if e.is_own_law]
         d, j, n, m = len(self.draws), len(laws), structure.real_poles, structure.sections
-        static, inputs, outputs = np.zeros((d, 3)), np.zeros((d, K.INPUTS)), np.zeros((d, K.OUTPUTS))
-        inputs[:, K.WARMING] = outputs[:, K.SETTLING_TIME] = 1.0
+        static, inputs, outputs = np.zeros((d, 3)), K.idle_inputs(d), np.zeros((d, K.OUTPUTS))
+        outputs[:, K.SETTLING_TIME] = 1.0
         thetas = np.zeros((d, j, K.THETAS))
         thetas[:, :, 0] = 1.0
         ports = [

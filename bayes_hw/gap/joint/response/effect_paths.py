@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.signal import lfilter
 
@@ -18,8 +20,7 @@ def limited_and_gain(
 ) -> tuple[FloatArray, FloatArray]:
     """The delayed command `u` (samples,) behind its limits of size and rate while the axis is at `w`
     (samples,), before its curve; and the factor (samples,) that a drift of the gain puts behind the curve."""
-    rows, c = np.zeros(K.INPUTS), values.cascade
-    rows[K.WARMING] = 1.0
+    rows, c = K.idle_inputs(), values.cascade
     for effect in values.effects:
         if effect.form.place == "input":
             for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
@@ -39,6 +40,13 @@ def through_drive(structure: Structure, values: JointValues, rows: FloatArray) -
     for a1, a2, b1, b2 in c.sections.T:
         found += lfilter([0.0, b1, b2], [1.0, -a1, a2], rows, axis=1)
     return found
+
+
+def motor_angle(structure: Structure, values: JointValues, v: FloatArray) -> FloatArray:
+    """w (samples,) without what swings, of the limited command v (samples,) without torques."""
+    c = values.cascade
+    rigid = replace(c, sections=c.sections[:, :0])
+    return through_drive(structure, replace(values, cascade=rigid), v[None])[0]
 
 
 def through_port(values: JointValues, effect: Effect, rows: FloatArray) -> FloatArray:

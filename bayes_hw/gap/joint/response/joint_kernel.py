@@ -3,7 +3,8 @@
 Every section is in transposed form, x1' = a1 x1 + x2 + b1 v + sum_j c1j tau_j, x2' = -a2 x1 + b2 v +
 sum_j c2j tau_j, w = sum x1: a torque reaches w through the poles of G at its own coefficients, the *torque
 port*. Its law looks at a signal q = base + sum (e1 x1 + e2 x2), the *signal port*; base is the command v
-behind the input's effects, the speed of w, w itself, or the twist of a spring and its rate: the second and
+behind the input's effects, the speed of w, w itself, the motor's angle (w without what swings: the states of
+G's integrator and real poles), or the twist of a spring and its rate: the second and
 third difference by which w would go on from the states of G if nothing drove it, C (A - I)^2 x. What a
 spring passes on depends on its twist and not on the acceleration, to which every torque adds. Friction of
 the load meets the speed over the coming step, its own part in it included: it is solved for the torque, in
@@ -50,7 +51,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     """One record from rest at w = 0, `steps` steps a sample, over each of which the command and every torque
     are held; poles, weights and ports are those of a step, all else is stated in samples.
 
-    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (11,) and `outputs`
+    `u` (samples,): the delayed command; `static` (4,): limits, half width, edge; `inputs` (12,) and `outputs`
     (10,) as `effect_codes` numbers them, rates as samples per unit, times in samples; `real` (2, n): poles
     and residues; `sections` (4, n); for every law j `thetas` (j, 3), `port_real` (j, n), `port_sections`
     (j, 2, n), `direct` (j, 2), `signal_real` (j, n) and `signal_sections` (j, 2, n); of a KNOWN law the
@@ -83,16 +84,16 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
         c_signal_sections,
     )  # fmt: skip
-    remembers = np.any(looks[1:, at_before] != 0.0)
+    remembers = bool(np.any(looks[1:, at_before] != 0.0))
     # The speed that a unit of a torque makes up over the step that it acts on.
     own = steps * np.sum(enters[1:] * looks[0, :states], axis=1)
     early = late = out = 0.0
     gain, ratio = inputs[K.CHANGE], math.exp(outputs[K.LOG_RATIO])
     wave, limit_wave = outputs[K.WAVENUMBER], inputs[K.LIMIT_WAVENUMBER]
-    has_limit_wave = (
-        c_inputs[K.LIMIT_SINE] >= 0 or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
-    )
-    has_limit_slope = c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    limits_move = c_inputs[K.LIMIT_SINE] >= 0 or c_inputs[K.LIMIT_SLOPE] >= 0 or inputs[K.LIMIT_SLOPE] != 0.0
+    limits_move = limits_move or inputs[K.LIMIT_SINE] != 0.0 or inputs[K.LIMIT_COSINE] != 0.0
+    # Limits look at the angle as it is so many steps on, at the speed of the last one.
+    lead = inputs[K.LIMIT_LEAD] * steps
     has_wave = c_outputs[K.SINE] >= 0 or outputs[K.SINE] != 0.0 or outputs[K.COSINE] != 0.0
     has_early = c_inputs[K.EARLY_RATE] >= 0 or inputs[K.EARLY_RATE] > 0.0
     has_late = c_inputs[K.LATE_RATE] >= 0 or inputs[K.LATE_RATE] > 0.0
@@ -101,8 +102,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_change = c_inputs[K.CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[K.PLAY] >= 0 or outputs[K.PLAY] > 0.0
     has_settling = c_outputs[K.SETTLING] >= 0 or outputs[K.SETTLING] != 0.0
-    if has_limit_wave or has_limit_slope:
-        moving = np.arange(columns)
+    if limits_move:
+        moving, remembers = np.arange(columns), True
     else:
         moving = np.concatenate((c_static[:2], c_inputs))
         moving = moving[moving >= 0] if tangents else moving[:0]
@@ -118,15 +119,13 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         asked = u[sample]
         for c in moving:
             d_v[c] = 0.0
-        factor, factor_by_w = 1.0, 0.0
-        if has_limit_wave:
-            s, co = math.sin(limit_wave * w), math.cos(limit_wave * w)
-            factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co
+        factor = 1.0
+        if limits_move:
+            speed = w - carried[at_before]
+            ahead = w + lead * speed
+            s, co = math.sin(limit_wave * ahead), math.cos(limit_wave * ahead)
+            factor += inputs[K.LIMIT_SINE] * s + inputs[K.LIMIT_COSINE] * co + inputs[K.LIMIT_SLOPE] * ahead
             turned = inputs[K.LIMIT_SINE] * co - inputs[K.LIMIT_COSINE] * s
-            factor_by_w += limit_wave * turned
-        if has_limit_slope:
-            factor += inputs[K.LIMIT_SLOPE] * w
-            factor_by_w += inputs[K.LIMIT_SLOPE]
         lowest, highest = lower * factor, upper * factor
         if has_early:
             limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = (
@@ -157,16 +156,17 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 by_factor += by_highest * upper
                 if c_static[1] >= 0:
                     d_v[c_static[1]] += by_highest * factor
-            for c in moving:
-                d_v[c] += by_factor * factor_by_w * d_w[c]
-            if has_limit_wave:
+            if limits_move:
+                by_ahead = by_factor * (limit_wave * turned + inputs[K.LIMIT_SLOPE])
+                for c in moving:
+                    d_v[c] += by_ahead * ((1.0 + lead) * d_w[c] - lead * d_state[at_before, c])
                 if c_inputs[K.LIMIT_SINE] >= 0:
                     d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
                     d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
-                if c_inputs[K.LIMIT_WAVENUMBER] >= 0:
-                    d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * w * turned
-            if c_inputs[K.LIMIT_SLOPE] >= 0:
-                d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * w
+                    d_v[c_inputs[K.LIMIT_LEAD]] += by_ahead * steps * speed
+                    d_v[c_inputs[K.LIMIT_WAVENUMBER]] += by_factor * ahead * turned
+                if c_inputs[K.LIMIT_SLOPE] >= 0:
+                    d_v[c_inputs[K.LIMIT_SLOPE]] += by_factor * ahead
         v = limited
         if has_late:
             v, late_end, by_rate, by_before, end_by_rate, end_by_before = ramped(

@@ -45,12 +45,6 @@ class Effect:
         """Whether it is a torque by a law of its own: no known input, and no observer."""
         return self.ports is not None and not self.form.column
 
-    @property
-    def acts_within_sample(self) -> bool:
-        """Whether it looks at the motion while a sample goes on: a torque by a law, or limits that move with
-        the angle."""
-        return self.is_own_law or self.form.moves_limits
-
 
 @dataclass(frozen=True, eq=False)
 class JointValues:

@@ -13,6 +13,7 @@ from numba import njit
 
 from bayes_hw.gap.joint.forms.effect_codes import (
     BASE_COMMAND,
+    BASE_MOTOR,
     BASE_SPEED,
     BASE_TWIST,
     BASE_TWIST_RATE,
@@ -25,6 +26,7 @@ from bayes_hw.gap.joint.forms.effect_codes import (
     EVEN_CURVE,
     LATE_RATE,
     LIMIT_COSINE,
+    LIMIT_LEAD,
     LIMIT_SINE,
     LIMIT_SLOPE,
     LIMIT_WAVENUMBER,
@@ -47,10 +49,12 @@ from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
-    """The command behind limits of rate and size, `ins` (11,), at position w, and both ramps after it."""
-    a = ins[LIMIT_WAVENUMBER] * w
-    factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * w
+def limited_command(asked, w, speed, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
+    """The command behind limits of rate and size, `ins` (12,), at position w after a step of `speed`, and
+    both ramps after it."""
+    ahead = w + ins[LIMIT_LEAD] * speed
+    a = ins[LIMIT_WAVENUMBER] * ahead
+    factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * ahead
     lowest, highest = lower * factor, upper * factor
     v = asked
     if ins[EARLY_RATE] > 0.0:
@@ -68,9 +72,10 @@ def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[n
 def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
     """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
     found = np.empty(len(u))
-    early = late = 0.0
+    early = late = before = 0.0
     for k in range(len(u)):
-        found[k], early, late = limited_command(u[k], w[k], lower, upper, ins, early, late)
+        found[k], early, late = limited_command(u[k], w[k], w[k] - before, lower, upper, ins, early, late)
+        before = w[k]
     return found
 
 
@@ -80,7 +85,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
     steps, u_out, w_out, y_out,
 ):  # fmt: skip
-    """Every draw d: `static` (d, 3), `inputs` (d, 11), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
+    """Every draw d: `static` (d, 3), `inputs` (d, 12), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
     `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
     (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m), poles, weights
     and ports of one of `steps` steps a sample; `numbers` and `controller_sections` (k, 5) are the
@@ -94,6 +99,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
         ins, outs, a_step = inputs[d], outputs[d], inputs[d].copy()
         a_step[EARLY_RATE] *= steps
         a_step[LATE_RATE] *= steps
+        a_step[LIMIT_LEAD] *= steps
         x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
         memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
         integral, early, late = start[d], 0.0, 0.0
@@ -143,7 +149,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 for j in range(n_laws):
                     w += x_direct[j]
                 # The command behind the input's effects.
-                v, early, late = limited_command(asked, w, lower, upper, a_step, early, late)
+                v, early, late = limited_command(asked, w, w - w1, lower, upper, a_step, early, late)
                 v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
                 v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
                 v += ins[BIAS]
@@ -163,6 +169,10 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         q *= steps
                     elif bases[j] == BASE_SPEED:
                         q = (w - w1) * steps
+                    elif bases[j] == BASE_MOTOR:
+                        q = integral
+                        for i in range(n_real):
+                            q += x_real[i]
                     elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
                         power = 2 if bases[j] == BASE_TWIST else 3
                         scaled = float(steps) ** power

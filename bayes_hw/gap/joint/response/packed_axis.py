@@ -44,8 +44,8 @@ class _Numbers:
     def __init__(self, s: Structure, values: JointValues, scale: JointScale) -> None:
         self.laws = [effect for effect in values.effects if effect.ports is not None]
         n, m, count = s.real_poles, s.sections, len(self.laws)
-        self.inputs, self.outputs = np.zeros(K.INPUTS), np.zeros(K.OUTPUTS)
-        self.inputs[K.WARMING] = self.outputs[K.SETTLING_TIME] = 1.0
+        self.inputs, self.outputs = K.idle_inputs(), np.zeros(K.OUTPUTS)
+        self.outputs[K.SETTLING_TIME] = 1.0
         self.c_static, self.c_inputs, self.c_outputs = _columns(3), _columns(K.INPUTS), _columns(K.OUTPUTS)
         self.c_residue, self.c_real, self.c_sections = -1, _columns(2, n), _columns(4, m)
         self.thetas, self.c_thetas = np.ones((count, K.THETAS)), _columns(count, K.THETAS)

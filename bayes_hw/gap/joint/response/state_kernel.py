@@ -11,6 +11,7 @@ from numba import njit
 
 from bayes_hw.gap.joint.forms.effect_codes import (
     BASE_COMMAND,
+    BASE_MOTOR,
     BASE_SPEED,
     BASE_TWIST,
     BASE_TWIST_RATE,
@@ -75,6 +76,9 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
             for i in range(m):
                 e1, e2, _, _, _, _ = own_difference(sections[0, i], sections[1, i], power)
                 q[n + 2 * i], q[n + 2 * i + 1] = scaled * e1, scaled * e2
+        elif bases[j] == BASE_MOTOR:
+            q[:n] = 1.0
+            q[states - 2] = 1.0
         else:
             q[:] = found[0]
         q[:n] += signal_real[j]

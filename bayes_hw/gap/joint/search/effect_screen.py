@@ -11,19 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
-from bayes_hw.identify.growth.coloured import Whitener
-from bayes_hw.identify.growth.descent import whitened_blocks
-from bayes_hw.identify.growth.score_test import outside_of_derivatives
-from bayes_hw.identify.holes import mask_of
-from bayes_hw.identify.noise import estimate_noise
+from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, noise_screens
+from bayes_hw.gap.joint.response.effect_paths import motor_angle
 
-SINGULAR = 1e-9
-PERIODS_KEPT = 6
-"""Of a scan under each noise."""
+PERIODS_KEPT, MOTOR_PERIODS_KEPT = 6, 3
+"""Of a scan under each noise, of the load's position and of the motor's."""
 
 TURNING_SHARE = 0.05
 """Of the root mean square speed: over which the phase of a torque's response turns round at a reversal."""
@@ -38,55 +33,11 @@ class Start:
     gains: tuple[float, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class NoiseScreen:
-    """Residual and present derivatives of a fit under one noise, of as many `samples` as were measured."""
-
-    whitener: Whitener
-    basis: FloatArray
-    residual: FloatArray
-    masks: Sequence[BoolArray] | None
-    samples: int
-
-    @classmethod
-    def of(cls, fit: JointFit, whitener: Whitener) -> NoiseScreen:
-        blocks = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
-        outside = outside_of_derivatives(np.concatenate(blocks, axis=1))
-        return cls(whitener, *outside, fit.response.masks, fit.point.samples)
-
-    def gain(self, tangents: Sequence[FloatArray]) -> float:
-        """Nats that the columns (parameters, samples) of all records promise together."""
-        white = [self.whitener.apply(t, 0, mask_of(self.masks, i)) for i, t in enumerate(tangents)]
-        columns = np.concatenate(white, axis=1)
-        norms = np.sqrt(np.sum(columns**2, axis=1))
-        columns = columns[norms > 0] / norms[norms > 0, None]
-        if not len(columns) or not np.isfinite(columns).all():
-            return 0.0
-        inside = columns @ self.basis
-        gram = columns @ columns.T - inside @ inside.T + SINGULAR * np.eye(len(columns))
-        product = columns @ self.residual
-        explained = float(product @ np.linalg.solve(gram, product))
-        share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
-        return float(-0.5 * self.samples * np.log1p(-share) - 0.5 * len(columns) * np.log(self.samples))
-
-
-def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
-    """Autoregression of order one."""
-    return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -0.99999, 0.99999))
-
-
-def noise_screens(fit: JointFit) -> list[NoiseScreen]:
-    """Under the noise as fitted and, where that is of a higher order, under one of the first."""
-    whiteners = [fit.point.whitener]
-    if fit.noise_order > 1:
-        whiteners.append(first_order_noise(fit.point.residuals))
-    return each(lambda whitener: NoiseScreen.of(fit, whitener), whiteners)
-
-
 def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     """Every start of every form with its promises."""
     noises = noise_screens(fit)
-    scale = replace(fit.response.scale, periods=promising_periods(fit, noises))
+    of_load, of_motor = promising_periods(fit, noises)
+    scale = replace(fit.response.scale, periods=of_load, motor_periods=of_motor)
 
     def promising(one: tuple[Form, Sequence[float]]) -> Start:
         form, values = one
@@ -96,37 +47,43 @@ def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     return each(promising, [(form, values) for form in forms for values in form.starts(scale)])
 
 
-def promising_periods(fit: JointFit, noises: Sequence[NoiseScreen]) -> tuple[float, ...]:
+def promising_periods(
+    fit: JointFit, noises: Sequence[NoiseScreen]
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Periods in position, output units, at which the residual follows a wave, of either phase in either
-    direction of motion: a torque's response lags, so that its phase turns round with the speed."""
+    direction of motion: a torque's response lags, so that its phase turns round with the speed. Those in the
+    position of the load, and those in the motor's, which a resonance sets apart."""
     values, travel = fit.values, fit.response.scale.travel
+    cycles = scanned_cycles()
+    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
+    if not len(cycles):
+        return (), ()
     waves = []
     for number in range(len(fit.response.records)):
         run = fit.response.along(values, number)
         speed = np.gradient(run.w)
         usual = float(np.sqrt(np.mean(speed**2))) or 1.0
         over = 1.0 if fit.response.weights is None else fit.response.weights[number]
-        waves.append((run.w, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
-    cycles = scanned_cycles()
-    cycles = cycles[travel / cycles >= fit.response.scale.shortest]
-    if not len(cycles):
-        return ()
+        positions = (run.w, motor_angle(fit.structure, values, run.v))
+        waves.append((positions, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
 
-    def promised(count: float) -> list[float]:
+    def promised(count: float, body: int) -> list[float]:
         tangents = []
-        for w, direction, slope in waves:
-            angle = 2 * np.pi * count / travel * w
+        for positions, direction, slope in waves:
+            angle = 2 * np.pi * count / travel * positions[body]
             plain = np.stack([np.sin(angle), np.cos(angle)])
             tangents.append(np.concatenate([plain, plain * direction]) * slope)
         return [noise.gain(tangents) for noise in noises]
 
-    gains = np.array(each(promised, list(cycles))).T
-    best: set[int] = set()
-    for row in gains:
-        padded = np.concatenate([[-np.inf], row, [-np.inf]])
-        peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
-        best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:PERIODS_KEPT]]}
-    return tuple(float(travel / cycles[i]) for i in sorted(best))
+    def best_of(body: int, kept: int) -> tuple[float, ...]:
+        best: set[int] = set()
+        for row in np.array(each(lambda count: promised(count, body), list(cycles))).T:
+            padded = np.concatenate([[-np.inf], row, [-np.inf]])
+            peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
+            best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:kept]]}
+        return tuple(float(travel / cycles[i]) for i in sorted(best))
+
+    return best_of(0, PERIODS_KEPT), best_of(1, MOTOR_PERIODS_KEPT)
 
 
 def best_starts(starts: Sequence[Start], count: int) -> list[Start]:

@@ -58,8 +58,7 @@ MOST_RACED = 3
 """Ports, forms, poles and sections that are raced against each other, begun under either noise."""
 
 HALFWAY = 0.5
-"""Share of what verification asks of a label that it must gain at first where others stand: ports and forms
-may make up the rest."""
+"""Share of what verification asks of a label that it must gain at first where others stand."""
 
 FOLLOWED_SHARE = 0.7
 """Of the best label's nats, from which another is followed to the end beside it."""
@@ -156,8 +155,9 @@ def _explained(
         ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
-    ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
+    instead = [path for path in instead if path is not best or path.begun_with in fit.labels]
+    ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
         best, lead, caused = likelier_cause(best, whole)
@@ -266,7 +266,7 @@ def finer(fit: JointFit) -> JointFit:
 
 def within_sample(fit: JointFit) -> JointFit:
     """With effects that act several times a sample, where that is better."""
-    within = any(e.acts_within_sample for e in fit.response.template)
+    within = any(e.is_own_law for e in fit.response.template)
     if not within or fit.response.steps > 1:
         return fit
     trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))

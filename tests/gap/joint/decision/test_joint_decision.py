@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -34,6 +35,17 @@ def _decided(
         followed=followed,
     )
     return decide_jointly(cast(JointAnswer, found))
+
+
+def test_noise_that_knows_the_command_is_no_wind() -> None:
+    found = JointEvidence(
+        {"wind": 300.0, "friction": 900.0}, {}, {}, 1200.0, ("wind", "friction"), Remainder(1, 0)
+    )
+    assert decide(found).answer == ("friction", "wind")
+    changed = decide(replace(found, remainder=replace(found.remainder, commanded=60.0)))
+    assert changed.answer == ("friction", "other")
+    alone = replace(found, nats={"wind": 300.0}, labels=("wind",), remainder=Remainder(1, 0, commanded=60.0))
+    assert decide(alone).answer == ("other",)
 
 
 def test_nothing_left_is_no_gap() -> None:

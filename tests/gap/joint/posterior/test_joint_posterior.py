@@ -12,7 +12,11 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior import joint_posterior
 from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace
-from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities, effect_units
+from bayes_hw.gap.joint.posterior.reported_quantities import (
+    effect_quantities,
+    effect_units,
+    sections_of_modes,
+)
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -33,6 +37,23 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
     a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
     assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
     assert np.mean(a1 * a1 / 4 < a2) > 0.99
+
+
+def test_a_mode_is_looked_for_among_the_sections_of_another_fit() -> None:
+    """Where a descent exchanged two sections, and where it drew one apart into real poles."""
+    records = measured((), SAMPLES, (1,))
+    pairs = np.array([[1.5, 0.2], [0.9, 0.8], [1e-3, 1e-3], [-8e-4, 0.0]])
+    apart = np.array([[1.5, 1.2], [0.9, 0.3], [1e-3, 1e-3], [-8e-4, 0.0]])
+
+    def fit(sections: FloatArray) -> JointFit:
+        cascade = replace(CASCADE, sections=sections, starts=np.zeros((1, 5)))
+        response = JointResponse(replace(STRUCTURE, sections=2), (), records, scale(SAMPLES))
+        return JointFit(response, evaluate(response, response.coordinates(JointValues(cascade))))
+
+    own = fit(pairs)
+    assert sections_of_modes(own, [0, 1], own) == [0, 1]
+    assert sections_of_modes(own, [0, 1], fit(pairs[:, ::-1])) == [1, 0]
+    assert sections_of_modes(own, [0, 1], fit(apart)) == [0]
 
 
 def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(

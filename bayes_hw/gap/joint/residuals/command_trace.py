@@ -1,0 +1,61 @@
+"""What noise that is said to have a cause knows of the command.
+
+A drive that gets hot lowers its limits, a supply sags, a converter follows its source with play. What these
+leave is slow and follows no angle, and noise that moves the axis is close to it; but neither wind nor an
+angle that walks knows anything of what is commanded.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen
+from bayes_hw.gap.joint.response.effect_paths import limited_and_gain, through_drive
+
+INSTANTS = tuple(np.arange(0.05, 0.951, 0.05))
+"""Shares of a record at which something may change and stay so."""
+
+
+def command_nats(fit: JointFit) -> float:
+    """Nats that what promises most promises under the fit's noise: limits that change at an instant of every
+    record, its own; a gain that does; or play of the command. Less the price of what was tried."""
+    screen = NoiseScreen.of(fit, fit.point.whitener)
+    found = [0.0, 0.0, 0.0]
+    for number in range(len(fit.response.records)):
+        for kind, rows in enumerate(_responses(fit, number)):
+            promised = []
+            for row in rows:
+                tangents = [np.zeros((1, len(r))) for r in fit.response.records]
+                tangents[number] = row[None]
+                promised.append(screen.gain(tangents))
+            found[kind] += max(max(promised) - float(np.log(len(rows))), 0.0)
+    return max(found)
+
+
+def last_direction(command: FloatArray) -> FloatArray:
+    """The sign of the last change (samples,) of a command that begins at zero; zero before the first."""
+    change = np.sign(np.diff(command, prepend=0.0))
+    changed = np.where(change != 0, np.arange(len(change)), 0)
+    return np.asarray(change[np.maximum.accumulate(changed)], dtype=np.float64)
+
+
+def _responses(fit: JointFit, number: int) -> list[FloatArray]:
+    """Derivatives of one record's weighted output: by the logarithm of both limits from every instant on
+    (instants, samples), by that of the command's gain likewise, by half of its play (1, samples)."""
+    values, scale, record = fit.values, fit.response.scale, fit.response.records[number]
+    run = fit.response.along(values, number)
+    late = fit.structure.delay_samples
+    asked = np.concatenate([np.zeros(late), record.u[: len(record) - late]])
+    limited, gain = limited_and_gain(values, scale, asked, run.w)
+    within = limited == asked
+    later = (np.arange(len(record)) >= len(record) * np.array(INSTANTS)[:, None]).astype(np.float64)
+    weights = fit.response.weights
+    slope = run.slope if weights is None else run.slope / weights[number]
+    rows: tuple[FloatArray, ...] = (
+        later * np.where(within, 0.0, limited * gain),
+        later * run.v,
+        np.where(within, -last_direction(asked) * gain, 0.0)[None],
+    )
+    return [through_drive(fit.structure, values, row) * slope for row in rows]

@@ -1,0 +1,64 @@
+"""What columns promise at a fit, by score tests under one noise, all present coordinates projected off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.descent import whitened_blocks
+from bayes_hw.identify.growth.score_test import outside_of_derivatives
+from bayes_hw.identify.holes import mask_of
+from bayes_hw.identify.noise import estimate_noise
+
+SINGULAR = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseScreen:
+    """Residual and present derivatives of a fit under one noise, of as many `samples` as were measured."""
+
+    whitener: Whitener
+    basis: FloatArray
+    residual: FloatArray
+    masks: Sequence[BoolArray] | None
+    samples: int
+
+    @classmethod
+    def of(cls, fit: JointFit, whitener: Whitener) -> NoiseScreen:
+        blocks = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
+        outside = outside_of_derivatives(np.concatenate(blocks, axis=1))
+        return cls(whitener, *outside, fit.response.masks, fit.point.samples)
+
+    def gain(self, tangents: Sequence[FloatArray]) -> float:
+        """Nats that the columns (parameters, samples) of all records promise together."""
+        white = [self.whitener.apply(t, 0, mask_of(self.masks, i)) for i, t in enumerate(tangents)]
+        columns = np.concatenate(white, axis=1)
+        norms = np.sqrt(np.sum(columns**2, axis=1))
+        columns = columns[norms > 0] / norms[norms > 0, None]
+        if not len(columns) or not np.isfinite(columns).all():
+            return 0.0
+        inside = columns @ self.basis
+        gram = columns @ columns.T - inside @ inside.T + SINGULAR * np.eye(len(columns))
+        product = columns @ self.residual
+        explained = float(product @ np.linalg.solve(gram, product))
+        share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
+        return float(-0.5 * self.samples * np.log1p(-share) - 0.5 * len(columns) * np.log(self.samples))
+
+
+def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
+    """Autoregression of order one."""
+    return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -0.99999, 0.99999))
+
+
+def noise_screens(fit: JointFit) -> list[NoiseScreen]:
+    """Under the noise as fitted and, where that is of a higher order, under one of the first."""
+    whiteners = [fit.point.whitener]
+    if fit.noise_order > 1:
+        whiteners.append(first_order_noise(fit.point.residuals))
+    return each(lambda whitener: NoiseScreen.of(fit, whitener), whiteners)
