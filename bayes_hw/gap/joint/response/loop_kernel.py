@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.forms.effect_codes import (
     COULOMB,
     EARLY_RATE,
     EVEN_CURVE,
+    HELD,
     LATE_RATE,
     LIMIT_COSINE,
     LIMIT_SINE,
@@ -47,30 +48,39 @@ from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def limited_command(asked, w, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
-    """The command behind limits of rate and size, `ins` (11,), at position w, and both ramps after it."""
+def limited_command(asked, w, lower, upper, ins, early, late, held, steps, begins):  # type: ignore[no-untyped-def]
+    """The command over one of `steps` of a sample behind limits of rate and size, `ins` (12,), at position w,
+    both ramps after it, and to where a ramp moves at once in the sample that `begins` with this step."""
     a = ins[LIMIT_WAVENUMBER] * w
     factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * w
     lowest, highest = lower * factor, upper * factor
     v = asked
     if ins[EARLY_RATE] > 0.0:
-        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
+        if begins:
+            held = ramped(asked, early, ins[EARLY_RATE])[1]
+        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE] * steps, lowest, highest)
+        v += ins[HELD] * (min(max(held, lowest), highest) - v)
     elif asked < lowest:
         v = lowest
     elif asked > highest:
         v = highest
     if ins[LATE_RATE] > 0.0:
-        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE])
-    return v, early, late
+        if begins:
+            held = ramped(v, late, ins[LATE_RATE])[1]
+        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE] * steps)
+        v += ins[HELD] * (held - v)
+    return v, early, late, held
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
     """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
     found = np.empty(len(u))
-    early = late = 0.0
+    early = late = held = 0.0
     for k in range(len(u)):
-        found[k], early, late = limited_command(u[k], w[k], lower, upper, ins, early, late)
+        found[k], early, late, held = limited_command(
+            u[k], w[k], lower, upper, ins, early, late, held, 1, True
+        )
     return found
 
 
@@ -80,7 +90,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,
     steps, u_out, w_out, y_out,
 ):  # fmt: skip
-    """Every draw d: `static` (d, 3), `inputs` (d, 11), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
+    """Every draw d: `static` (d, 3), `inputs` (d, 12), `outputs` (d, 10), `residue` (d,), `real` (d, 2, n),
     `sections` (d, 4, m), and for law j `thetas` (d, j, 3), `port_real` (d, j, n), `port_sections`
     (d, j, 2, m), `direct` (d, j, 2), `signal_real` (d, j, n), `signal_sections` (d, j, 2, m), poles, weights
     and ports of one of `steps` steps a sample; `numbers` and `controller_sections` (k, 5) are the
@@ -91,12 +101,10 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
     for d in range(len(residue)):
         lower, upper, half_width = static[d]
-        ins, outs, a_step = inputs[d], outputs[d], inputs[d].copy()
-        a_step[EARLY_RATE] *= steps
-        a_step[LATE_RATE] *= steps
+        ins, outs = inputs[d], outputs[d]
         x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
         memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
-        integral, early, late = start[d], 0.0, 0.0
+        integral, early, late, held = start[d], 0.0, 0.0, 0.0
         out = w1 = start[d]
         line = np.zeros(max(delay, 1))
         filters, state = np.zeros((n_filters, 2)), np.zeros(STATES)
@@ -143,7 +151,9 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 for j in range(n_laws):
                     w += x_direct[j]
                 # The command behind the input's effects.
-                v, early, late = limited_command(asked, w, lower, upper, a_step, early, late)
+                v, early, late, held = limited_command(
+                    asked, w, lower, upper, ins, early, late, held, steps, step == 0
+                )
                 v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
                 v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
                 v += ins[BIAS]
