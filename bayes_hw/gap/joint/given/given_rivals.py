@@ -40,7 +40,8 @@ def instead_of(
 
     Where no effect was found, or only noise of a cause: such an error of the reading if it explains all, else
     none. A label's laws that look at the states of G, and steps within the sample, are what the explanation
-    itself was given: where it left white noise they were begun for no other.
+    itself was given: where it left noise of the first order they were begun for no other. Beside white noise
+    none has more to explain.
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
@@ -55,7 +56,7 @@ def instead_of(
         if rest.labels or end is None or not seen_alike(end, fit):
             trials = _of_label(rest, label)
         else:
-            trials = [end] if fit.noise_order > 1 else [end, *every_law(rest, _forms_of(label))]
+            trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
     if strongest == OTHER and not _is_begun_anywhere(fit):

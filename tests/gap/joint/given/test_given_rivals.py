@@ -13,13 +13,15 @@ from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_rivals import instead_of
 from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.search.effect_screen import first_order_noise
+from bayes_hw.identify.growth.levels import WHITE
 
 
 def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sample(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Laws that look at the states of G are begun for all labels only where the first leaves more than white
-    noise."""
+    """Laws that look at the states of G were begun for all labels where the first left noise of higher order;
+    beside white noise nothing is left to explain."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), 400, (1,)), model())
     fit = as_given(base.with_effect(rub.form, (0.02,)).descended())
@@ -41,13 +43,16 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
         ("free_shape", lambda one: one), ("_of_label", lambda *_: []),
     ):  # fmt: skip
         monkeypatch.setattr(given_rivals, name, stand_in)
+    fit = replace(fit, point=replace(fit.point, whitener=first_order_noise(fit.point.residuals)))
+    assert fit.noise_order == 1
     nats = {"friction": fit.score - base.score}
     rivals = nats | {"cubic_stiffness": 0.9 * nats["friction"]}
     ends = instead_of(fit, base, nats, rivals, {"cubic_stiffness": alone})
     assert asked == [{"cubic_stiffness"}]
     assert ends["cubic_stiffness"] is fit
     assert stepped == ["friction"]
-    coloured = replace(fit, point=replace(fit.point, whitener=base.point.whitener))
-    ends = instead_of(coloured, base, nats, rivals, {"cubic_stiffness": alone})
-    assert len(asked) == 1
-    assert ends["cubic_stiffness"] is alone
+    for whitener in (WHITE, base.point.whitener):
+        other = replace(fit, point=replace(fit.point, whitener=whitener))
+        ends = instead_of(other, base, nats, rivals, {"cubic_stiffness": alone})
+        assert len(asked) == 1
+        assert ends["cubic_stiffness"] is alone
