@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     make.add_argument("--n", type=int, default=100, metavar="N", help="cases (default 100)")
     make.add_argument(
         "--kind",
-        choices=("easy", "hard", "wide", "mujoco"),
+        choices=("easy", "hard", "wide", "mujoco", "beam"),
         default="hard",
         help="how the cases are spread (default hard)",
     )

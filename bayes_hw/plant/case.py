@@ -115,10 +115,14 @@ def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = 
 
 
 def _plant(kind: Kind) -> Plant:
-    if kind.mujoco:
+    if kind.plant == "mujoco":
         from bayes_hw.plant.foreign.plant import ForeignPlant
 
         return ForeignPlant()
+    if kind.plant == "beam":
+        from bayes_hw.plant.beam.plant import BeamPlant
+
+        return BeamPlant()
     return HomePlant()
 
 

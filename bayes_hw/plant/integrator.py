@@ -107,7 +107,7 @@ class Gear(NamedTuple):
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _wave(wave: Wave, angle: float) -> float:
+def wave_value(wave: Wave, angle: float) -> float:
     if wave.amplitude == 0.0:
         return 0.0
     x = wave.wavenumber * angle
@@ -130,9 +130,10 @@ def _ramped(target: float, previous: float, largest: float) -> float:
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physics, gear: Gear) -> float:
-    """Torque of the real gear minus that of the linear one, motor on load."""
-    twist, twist_rate = x[TORSION], x[MOTOR_SPEED] - x[LOAD_SPEED]
+def gear_correction(
+    twist: float, twist_rate: float, angle: float, slip: float, yielded: float, physics: Physics, gear: Gear
+) -> float:
+    """Torque of the real gear minus that of the linear one, motor on load, at an angle of the load."""
     linear = gear.stiffness * twist + gear.damping * twist_rate
     free = twist - slip
     rate = twist_rate
@@ -145,9 +146,9 @@ def _gear_correction(x: FloatArray, slip: float, yielded: float, physics: Physic
             free, rate = 0.0, 0.0
     stiffening = physics.cubic * free * free
     factor = 1.0 + stiffening if physics.cubic >= 0.0 else 1.0 / (1.0 - stiffening)
-    factor *= 1.0 + _wave(physics.stiffness_wave, x[LOAD])
+    factor *= 1.0 + wave_value(physics.stiffness_wave, angle)
     elastic = gear.stiffness * (factor * free + physics.yield_share * (yielded - free))
-    return elastic + gear.damping * rate - linear + _wave(physics.mesh_ripple, x[LOAD] + twist)
+    return elastic + gear.damping * rate - linear + wave_value(physics.mesh_ripple, angle + twist)
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -162,20 +163,78 @@ def _torques(
     inputs: FloatArray,
 ) -> None:
     """The smooth torques of the faults at state x, added to `inputs`."""
-    inputs[MOTOR_TORQUE] += _wave(physics.motor_ripple, x[LOAD] + x[TORSION])
-    inputs[LOAD_TORQUE] += _wave(physics.load_ripple, x[LOAD])
-    inputs[PAIR_TORQUE] += _gear_correction(x, slip, yielded, physics, gear)
-    speed = x[LOAD_SPEED]
-    inputs[LOAD_TORQUE] -= (outside[EXTERNAL_OIL] + physics.drag * abs(speed)) * speed
+    inputs[MOTOR_TORQUE] += wave_value(physics.motor_ripple, x[LOAD] + x[TORSION])
+    inputs[LOAD_TORQUE] += wave_value(physics.load_ripple, x[LOAD])
+    twist_rate = x[MOTOR_SPEED] - x[LOAD_SPEED]
+    inputs[PAIR_TORQUE] += gear_correction(x[TORSION], twist_rate, x[LOAD], slip, yielded, physics, gear)
+    inputs[LOAD_TORQUE] -= resistance(x[LOAD], x[LOAD_SPEED], outside, physics)
+    error = gear.velocity_gain * v - x[MOTOR_SPEED]
+    asked = gear.loop_gain * error + gear.integral_gain * x[SPEED_INTEGRAL]
+    inputs[MOTOR_TORQUE] += demand_correction(asked, outside, physics)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def resistance(angle: float, speed: float, outside: FloatArray, physics: Physics) -> float:
+    """The torque that oil, air and cables hold against the load."""
+    torque = (outside[EXTERNAL_OIL] + physics.drag * abs(speed)) * speed
     if physics.wrap_stiffness > 0.0:
-        inside = min(max(x[LOAD], -physics.wrap_begin), physics.wrap_begin)
-        inputs[LOAD_TORQUE] -= physics.wrap_stiffness * (x[LOAD] - inside)
-    lost = outside[EXTERNAL_LOST]
-    if physics.current_limit < np.inf or lost > 0.0:
-        error = gear.velocity_gain * v - x[MOTOR_SPEED]
-        asked = gear.loop_gain * error + gear.integral_gain * x[SPEED_INTEGRAL]
-        given = (1.0 - lost) * asked
-        inputs[MOTOR_TORQUE] += min(max(given, -physics.current_limit), physics.current_limit) - asked
+        inside = min(max(angle, -physics.wrap_begin), physics.wrap_begin)
+        torque += physics.wrap_stiffness * (angle - inside)
+    return torque
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def demand_correction(asked: float, outside: FloatArray, physics: Physics) -> float:
+    """The torque that the amplifier gives minus the one that the loop asks for."""
+    given = (1.0 - outside[EXTERNAL_LOST]) * asked
+    return min(max(given, -physics.current_limit), physics.current_limit) - asked
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def driven(
+    asked: float,
+    angle: float,
+    ramp: float,
+    eased: float,
+    outside: FloatArray,
+    physics: Physics,
+    step: float,
+) -> tuple[float, float, float]:
+    """Reference of the drive behind ramp, limiter and gain, and the new states of ramp and recovery."""
+    if physics.rate_limit_first > 0.0:
+        ramp = _ramped(asked, ramp, physics.rate_limit * step)
+        asked = ramp
+    limited = _limited(asked, angle, physics)
+    if physics.rate_limit_first == 0.0:
+        ramp = _ramped(limited, ramp, physics.rate_limit * step)
+        limited = ramp
+    if physics.recovery_s > 0.0:
+        eased = (
+            limited if limited != asked else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
+        )
+        limited = eased
+    forward = physics.forward_gain if limited > 0.0 else 0.0
+    factor = 1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited) + forward
+    return limited * factor + outside[EXTERNAL_BIAS], ramp, eased
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def slipped(twist: float, slip: float, physics: Physics, gear: Gear) -> float:
+    """Where wheels have slid to at this twist."""
+    if physics.slip_torque == np.inf:
+        return slip
+    widest = physics.slip_torque / gear.stiffness
+    return min(max(slip, twist - widest), twist + widest)
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def yielding(turned: float, yielded: float, physics: Physics) -> float:
+    """Bouc and Wen's hidden deflection after the twist has `turned`."""
+    if physics.yield_angle <= 0.0:
+        return yielded
+    ratio = yielded / physics.yield_angle
+    sense = 1.0 if turned * yielded > 0.0 else 0.0
+    return yielded + turned * (1.0 - sense * ratio * ratio)
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
@@ -196,7 +255,7 @@ def _lugre(speed: float, friction: Friction, bristle: float, step: float) -> tup
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _rub(
+def rub(
     x: FloatArray,
     speed: int,
     response: FloatArray,
@@ -229,7 +288,7 @@ def _rub(
         if level == 0.0:
             return new
         torque = min(max(-free / answer, -level), level)
-    for i in range(STATES):
+    for i in range(len(x)):
         x[i] += response[i] * torque
     return new
 
@@ -256,33 +315,14 @@ def integrate(
     x, predicted = np.zeros(STATES), np.zeros(STATES)
     inputs, corrected = np.zeros(INPUTS), np.zeros(INPUTS)
     motor_response, load_response = forcing[:, MOTOR_TORQUE].copy(), forcing[:, LOAD_TORQUE].copy()
-    motor_bristle = load_bristle = slip = yielded = out = limited = 0.0
+    motor_bristle = load_bristle = slip = yielded = out = 0.0
     ramp = eased = 0.0
     for k in range(steps):
         play = physics.play_half_gap
         out = min(max(out, x[LOAD] - play), x[LOAD] + play)
         w[k] = out
         outside = external[min(k, len(external) - 1)]
-        asked = command[k]
-        if physics.rate_limit_first > 0.0:
-            ramp = _ramped(asked, ramp, physics.rate_limit * step)
-            asked = ramp
-        limited = _limited(asked, x[LOAD], physics)
-        if physics.rate_limit_first == 0.0:
-            ramp = _ramped(limited, ramp, physics.rate_limit * step)
-            limited = ramp
-        if physics.recovery_s > 0.0:
-            eased = (
-                limited
-                if limited != asked
-                else eased + (limited - eased) * min(1.0, step / physics.recovery_s)
-            )
-            limited = eased
-        forward = physics.forward_gain if limited > 0.0 else 0.0
-        v = (
-            limited * (1.0 + outside[EXTERNAL_GAIN] + physics.curvature * abs(limited) + forward)
-            + outside[EXTERNAL_BIAS]
-        )
+        v, ramp, eased = driven(command[k], x[LOAD], ramp, eased, outside, physics, step)
 
         inputs[REFERENCE] = v
         inputs[MOTOR_TORQUE] = outside[EXTERNAL_MOTOR]
@@ -291,15 +331,15 @@ def integrate(
         inputs[STRUCTURE_TORQUE] = outside[EXTERNAL_STRUCTURE]
         corrected[:] = inputs
         _torques(x, v, slip, yielded, outside, physics, gear, inputs)
-        _advance(transition, forcing, x, inputs, predicted)
+        advance(transition, forcing, x, inputs, predicted)
         _torques(predicted, v, slip, yielded, outside, physics, gear, corrected)
         for i in range(INPUTS):
             inputs[i] = 0.5 * (inputs[i] + corrected[i])
-        _advance(transition, forcing, x, inputs, predicted)
-        motor_bristle = _rub(
+        advance(transition, forcing, x, inputs, predicted)
+        motor_bristle = rub(
             predicted, MOTOR_SPEED, motor_response, physics.motor_friction, 0.0, motor_bristle, step
         )
-        load_bristle = _rub(
+        load_bristle = rub(
             predicted,
             LOAD_SPEED,
             load_response,
@@ -310,24 +350,20 @@ def integrate(
         )
         turned = predicted[TORSION] - x[TORSION]
         x[:] = predicted
-        if physics.slip_torque < np.inf:
-            widest = physics.slip_torque / gear.stiffness
-            slip = min(max(slip, x[TORSION] - widest), x[TORSION] + widest)
-        if physics.yield_angle > 0.0:
-            ratio = yielded / physics.yield_angle
-            sense = 1.0 if turned * yielded > 0.0 else 0.0
-            yielded += turned * (1.0 - sense * ratio * ratio)
+        slip = slipped(x[TORSION], slip, physics, gear)
+        yielded = yielding(turned, yielded, physics)
     return w
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _advance(
+def advance(
     transition: FloatArray, forcing: FloatArray, x: FloatArray, inputs: FloatArray, new: FloatArray
 ) -> None:
-    for i in range(STATES):
+    """`new` = transition x + forcing inputs."""
+    for i in range(len(x)):
         total = 0.0
-        for j in range(STATES):
+        for j in range(len(x)):
             total += transition[i, j] * x[j]
-        for j in range(INPUTS):
+        for j in range(len(inputs)):
             total += forcing[i, j] * inputs[j]
         new[i] = total

@@ -41,8 +41,8 @@ class Kind:
     `excitations` names the families of the training commands and, last, of the hold-out's; empty for two or
     three drawn at random. `gap_over_sigma` is the size of every gap; `noise_share` and `dead_zone_share` are
     sigma and half width over the spread of the outputs. In `slow_share` of the cases the axis is up to ten
-    times slower. `off_catalogue` is the key in OFF_CATALOGUES of what "other" is drawn from. With
-    `mujoco` axes and faults are those of `bayes_hw.plant.foreign`.
+    times slower. `off_catalogue` is the key in OFF_CATALOGUES of what "other" is drawn from;
+    `plant` names what makes axes and faults: "home", "mujoco" (`bayes_hw.plant.foreign`) or "beam".
     """
 
     name: str
@@ -61,7 +61,7 @@ class Kind:
     other_share: float = 0.15
     pair_share: float = 0.15
     off_catalogue: str = "known"
-    mujoco: bool = False
+    plant: str = "home"
 
     def draw_labels(self, rng: np.random.Generator) -> list[str]:
         """No label, one of the catalogue, two of it, or `other`, in the stated shares."""
@@ -155,9 +155,24 @@ KINDS: Mapping[str, Kind] = {
         coloured_share=0.3,
         spread=FORMAT_SPREAD,
         excitations=(),
-        mujoco=True,
+        plant="mujoco",
+    ),
+    "beam": Kind(
+        name="beam",
+        rates_hz=(20.0, 25.0, 40.0, 40.0, 50.0, 50.0, 100.0, 200.0),
+        durations_s=(60.0, 90.0, 120.0),
+        diameter_m=(22.0, 36.0),
+        first_damping=(0.025, 0.10),
+        noise_share=(0.003, 0.013),
+        dead_zone_share=(0.01, 0.14),
+        gap_over_sigma=(0.8, 5.0),
+        coloured_share=0.3,
+        spread=FORMAT_SPREAD,
+        excitations=(),
+        plant="beam",
     ),
 }
 """easy: one rate and length, simulator nearly right, white noise. hard: other rates and lengths, weaker gaps,
 noise coloured in half of the cases, simulator as far off as the formats say. wide: beyond both, in rates,
-lengths, dishes, excitations and sizes. mujoco: drive trains and loops of other shapes, by MuJoCo."""
+lengths, dishes, excitations and sizes. mujoco: drive trains and loops of other shapes, by MuJoCo. beam: of
+finite elements, with geared stages, one motor or two and current loops."""

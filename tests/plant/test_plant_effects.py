@@ -17,7 +17,7 @@ from bayes_hw.plant.effects.second_group import BrownOut, CommandDeadBand, Tooth
 from bayes_hw.plant.effects.sensor import Outliers, Quantization, TimingJitter
 from bayes_hw.plant.effects.unseen import CableWrap, CommandPlay, ReadingLead
 from bayes_hw.plant.excitation import steps_and_triangles
-from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, _rub
+from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, rub
 from bayes_hw.plant.run import Axis, Run
 
 SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
@@ -274,12 +274,12 @@ def test_bristles_hold_like_a_spring_and_slide_at_the_coulomb_level() -> None:
     x, bristle = np.zeros(STATES), 0.0
     for _ in range(4000):
         x[MOTOR_SPEED] += step * 8.0
-        bristle = _rub(x, MOTOR_SPEED, response, friction, 0.0, bristle, step)
+        bristle = rub(x, MOTOR_SPEED, response, friction, 0.0, bristle, step)
     assert stiffness * bristle == pytest.approx(8.0, rel=0.02) and abs(x[MOTOR_SPEED]) < 1e-3
     sliding = np.zeros(STATES)
     sliding[MOTOR_SPEED], bristle, speeds = 3.0, 0.0, []
     for _ in range(100):
-        bristle = _rub(sliding, MOTOR_SPEED, response, friction, 0.0, bristle, step)
+        bristle = rub(sliding, MOTOR_SPEED, response, friction, 0.0, bristle, step)
         speeds.append(sliding[MOTOR_SPEED])
     assert -np.diff(speeds)[-20:] / step == pytest.approx(20.0, rel=1e-3)
     assert stiffness * bristle == pytest.approx(20.0, rel=1e-3)

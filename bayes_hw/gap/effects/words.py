@@ -31,6 +31,7 @@ PARAMETER_WORDS: Mapping[str, str] = MappingProxyType(
         "size": "size",
         "torque": "torque, as acceleration of the whole axis",
         "displacement": "angle given way under the torque",
+        "held": "share of a sample's ramp that is held",
         "presliding": "angle of presliding",
         "smoothing_speed": "speed within which it turns over",
         "static_excess": "excess of static friction",

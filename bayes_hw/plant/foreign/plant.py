@@ -22,7 +22,7 @@ from bayes_hw.plant.effects.sensor import (
     TimingJitter,
 )
 from bayes_hw.plant.excitation import Excitation
-from bayes_hw.plant.foreign.linearisation import UnfitAxisError, nominal_of
+from bayes_hw.plant.foreign.linearisation import nominal_of
 from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, FurtherMode, Ripple
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
@@ -30,6 +30,7 @@ from bayes_hw.plant.foreign.unnamed import UNNAMED
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal
 from bayes_hw.plant.run import Reading
+from bayes_hw.plant.sampled_system import UnfitAxisError
 
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,

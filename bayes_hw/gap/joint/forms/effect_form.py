@@ -193,11 +193,21 @@ def _by_twist(form: Form) -> Form:
     return replace(form, label=label, name=f"{kind} by {form.name}", slots=slots, further=True)
 
 
-def _early_rate(row: int, name: str) -> Form:
+def _rate(row: int, name: str) -> Form:
     return Form(
         "rate_limit", name, "input",
         lambda s: (Slot(row, "slowness", False, 0.0, 100 / s.speed),),
         lambda s: [(0.02 / s.speed,), (0.3 / s.speed,), (2.0 / s.speed,), (8.0 / s.speed,)],
+    )  # fmt: skip
+
+
+def _stepped_rate(row: int, name: str) -> Form:
+    """A ramp that a controller moves in steps: one in so many of its steps a sample is `held`."""
+    return Form(
+        "rate_limit", name, "input",
+        lambda s: (Slot(row, "slowness", False, 0.0, 100 / s.speed), Slot(K.HELD, "held", False, 0.0, 1.0)),
+        lambda s: [(0.3 / s.speed, 0.5)],
+        further=True,
     )  # fmt: skip
 
 
@@ -277,8 +287,10 @@ BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
 """Frictions, and the same laws where they look at a twist."""
 
 FORMS: tuple[Form, ...] = (
-    _early_rate(K.LATE_RATE, ""),
-    _early_rate(K.EARLY_RATE, "before the limiter"),
+    _rate(K.LATE_RATE, ""),
+    _rate(K.EARLY_RATE, "before the limiter"),
+    _stepped_rate(K.LATE_RATE, "in steps"),
+    _stepped_rate(K.EARLY_RATE, "in steps, before the limiter"),
     Form(
         "saturation_drift", "", "input",
         lambda s: (

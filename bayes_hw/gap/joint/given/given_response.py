@@ -10,7 +10,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.given.given_model import GivenCascade, GivenModel
+from bayes_hw.gap.joint.given.given_model import STATIC, GivenCascade, GivenModel
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.growth.cascade_response import outermost_limits
@@ -97,14 +97,27 @@ class GivenResponse(JointResponse):
             yield rows, 0, record.measured
 
     def _turn(self, theta: FloatArray) -> FloatArray:
-        """Derivatives (natural, base) of the natural parameters by central differences."""
-        columns = []
-        for i in range(len(theta)):
+        """Derivatives (natural, base) of the natural parameters: to the logarithms of limits, half width and
+        gain each is in proportion or not at all, to all else by central differences."""
+        natural, (of_limits, of_gain) = self._natural(theta), self._in_proportion
+        columns = [np.where(own, natural, 0.0) for own in (*of_limits, of_gain)]
+        for i in range(STATIC, len(theta)):
             step = np.zeros(len(theta))
             step[i] = DIFFERENCE
             ends = [self._natural(theta + sign * step) for sign in (1, -1)]
             columns.append((ends[0] - ends[1]) / (2 * DIFFERENCE))
         return np.stack(columns, axis=1)
+
+    @cached_property
+    def _in_proportion(self) -> tuple[BoolArray, BoolArray]:
+        """Natural parameters (natural,) that follow either limit and the half width, one row each, and those
+        that follow the gain: residues and numerators."""
+        structure = self.structure
+        static, integrator = STATIC - 1, int(structure.integrator)
+        real = np.tile([False, True], structure.real_poles)
+        pairs = np.tile([False, False, True, True], structure.sections)
+        of_gain = np.concatenate([np.zeros(static, bool), np.ones(integrator, bool), real, pairs])
+        return np.eye(static, len(of_gain), dtype=bool), of_gain
 
     def _natural(self, theta: FloatArray) -> FloatArray:
         c = self.given.cascade(theta, self.part, self.further)

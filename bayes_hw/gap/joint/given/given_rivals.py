@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law
@@ -20,7 +21,7 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
-from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE
+from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE, finer
 
 SLOW = (WIND, WALK)
 SHAPE_LEAD = 50.0
@@ -38,7 +39,9 @@ def instead_of(
     form and an error of the reading over position included, and labels that alone did nearly as well.
 
     Where no effect was found, or only noise of a cause: such an error of the reading if it explains all, else
-    none.
+    none. A label's laws that look at the states of G, and steps within the sample, are what the explanation
+    itself was given: where it left noise of the first order they were begun for no other. Beside white noise
+    none has more to explain.
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
@@ -52,10 +55,10 @@ def instead_of(
         end = alone.get(label)
         if rest.labels or end is None or not seen_alike(end, fit):
             trials = _of_label(rest, label)
-            if not trials:
-                continue
-            end = best_of(trials)
-        found[label] = with_base_anew(end)
+        else:
+            trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
+        if trials:
+            found[label] = with_base_anew(as_given(finer(best_of(trials))))
     if strongest == OTHER and not _is_begun_anywhere(fit):
         found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
@@ -84,9 +87,13 @@ def seen_alike(one: GivenFit, other: GivenFit) -> bool:
     return one.response.records is other.response.records and one.response.weights is other.response.weights
 
 
+def _forms_of(label: str) -> list[Form]:
+    return [form for form in GIVEN_FORMS if form.label == label]
+
+
 def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
-    forms = [form for form in GIVEN_FORMS if form.label == label]
+    forms = _forms_of(label)
     found = [as_given(t) for t in effect_candidates(fit, forms)]
     found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:

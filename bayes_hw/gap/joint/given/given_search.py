@@ -268,7 +268,8 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
             fit = best_of([base, best])
             say("a function of position explains far more")
             break
-        if best.score <= fit.score or _is_doubtful(best, fit):
+        doubtful = _is_doubtful(best, fit)
+        if best.score <= fit.score or (doubtful and fit.labels):
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         if best.response.cause is not None and base is whole and not _is_too_small(best):
@@ -279,7 +280,7 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 fit = base = clear
                 steps = 0
                 continue
-        finished = best is begun
+        finished = doubtful or best is begun
         fit = best
         if not readings.nats:
             faults = read_faults(fit)
@@ -292,9 +293,9 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
 
 
 def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
-    """Whether one more label beside others is worth too little to be verified, more so where the noise it
-    leaves is of higher order."""
-    more = bool(fit.labels) and len(best.labels) > len(fit.labels)
+    """Whether one label more is worth too little to be verified, more so where the noise it leaves is of
+    higher order. Beside such a first one nothing further is looked for."""
+    more = len(best.labels) > len(fit.labels)
     asked = VERIFIED_BESIDE_NATS if best.noise_order > 1 else VERIFIED_NATS
     return more and best.score < fit.score + asked
 

@@ -78,7 +78,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     d_taus, d_signals = np.zeros((n_laws, padded)), np.zeros((n_laws, padded))
     d_memory, collected = np.zeros((n_laws, padded)), np.zeros((WRITTEN_AT_ONCE, padded))
     d_w, d_v, d_out = np.zeros(padded), np.zeros(padded), np.zeros(padded)
-    d_early, d_late = np.zeros(padded), np.zeros(padded)
+    d_early, d_late, d_held = np.zeros(padded), np.zeros(padded), np.zeros(padded)
     fed, signs = state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct)
     turned_by, turns = signal_sources(
         real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
@@ -97,6 +97,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_wave = c_outputs[K.SINE] >= 0 or outputs[K.SINE] != 0.0 or outputs[K.COSINE] != 0.0
     has_early = c_inputs[K.EARLY_RATE] >= 0 or inputs[K.EARLY_RATE] > 0.0
     has_late = c_inputs[K.LATE_RATE] >= 0 or inputs[K.LATE_RATE] > 0.0
+    share_held, held = inputs[K.HELD], 0.0
+    has_held = c_inputs[K.HELD] >= 0 or share_held != 0.0
     even, odd = inputs[K.EVEN_CURVE], inputs[K.ODD_CURVE]
     has_curve = c_inputs[K.EVEN_CURVE] >= 0 or even != 0.0 or odd != 0.0
     has_change = c_inputs[K.CHANGE] >= 0 or gain != 0.0
@@ -133,6 +135,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             )
             by_rate *= steps
             end_by_rate *= steps
+            if has_held and at_sample:
+                _, held, _, _, held_by_rate, held_by_before = ramped(asked, early, inputs[K.EARLY_RATE])
+                for c in moving:
+                    d_held[c] = held_by_before * d_early[c]
+                if c_inputs[K.EARLY_RATE] >= 0:
+                    d_held[c_inputs[K.EARLY_RATE]] += held_by_rate
             early = end
             for c in moving:
                 d_v[c] = by_before * d_early[c]
@@ -140,6 +148,16 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             if c_inputs[K.EARLY_RATE] >= 0:
                 d_v[c_inputs[K.EARLY_RATE]] += by_rate
                 d_early[c_inputs[K.EARLY_RATE]] += end_by_rate
+            if has_held:
+                stepped = min(max(held, lowest), highest)
+                free = share_held if stepped == held else 0.0
+                for c in moving:
+                    d_v[c] = (1.0 - share_held) * d_v[c] + free * d_held[c]
+                if c_inputs[K.HELD] >= 0:
+                    d_v[c_inputs[K.HELD]] += stepped - limited
+                by_lowest = (1.0 - share_held) * by_lowest + (share_held if held < lowest else 0.0)
+                by_highest = (1.0 - share_held) * by_highest + (share_held if held > highest else 0.0)
+                limited += share_held * (stepped - limited)
         else:
             limited, by_lowest, by_highest = asked, 0.0, 0.0
             if asked < lowest:
@@ -174,6 +192,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             )
             by_rate *= steps
             end_by_rate *= steps
+            if has_held and at_sample:
+                _, held, _, _, held_by_rate, held_by_before = ramped(limited, late, inputs[K.LATE_RATE])
+                for c in moving:
+                    d_held[c] = (1.0 - held_by_before) * d_v[c] + held_by_before * d_late[c]
+                if c_inputs[K.LATE_RATE] >= 0:
+                    d_held[c_inputs[K.LATE_RATE]] += held_by_rate
             for c in moving:
                 to_target = d_v[c]
                 d_v[c] = (1.0 - by_before) * to_target + by_before * d_late[c]
@@ -182,6 +206,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 d_v[c_inputs[K.LATE_RATE]] += by_rate
                 d_late[c_inputs[K.LATE_RATE]] += end_by_rate
             late = late_end
+            if has_held:
+                for c in moving:
+                    d_v[c] += share_held * (d_held[c] - d_v[c])
+                if c_inputs[K.HELD] >= 0:
+                    d_v[c_inputs[K.HELD]] += held - v
+                v += share_held * (held - v)
         if has_curve:
             size = abs(v)
             bent = 1.0 + 2 * odd * size + (even if v > 0 else -even)

@@ -24,6 +24,7 @@ from bayes_hw.gap.joint.forms.effect_codes import (
     COULOMB,
     EARLY_RATE,
     EVEN_CURVE,
+    HELD,
     LATE_RATE,
     LIMIT_COSINE,
     LIMIT_LEAD,
@@ -49,32 +50,43 @@ from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def limited_command(asked, w, speed, lower, upper, ins, early, late):  # type: ignore[no-untyped-def]
-    """The command behind limits of rate and size, `ins` (12,), at position w after a step of `speed`, and
-    both ramps after it."""
-    ahead = w + ins[LIMIT_LEAD] * speed
+def limited_command(  # type: ignore[no-untyped-def]
+    asked, w, speed, lower, upper, ins, early, late, held, steps, begins
+):
+    """The command over one of `steps` of a sample behind limits of rate and size, `ins` (INPUTS,), at w after
+    a step of `speed`; both ramps after it, and to where a ramp moves at once in the sample that `begins` with
+    this step."""
+    ahead = w + ins[LIMIT_LEAD] * steps * speed
     a = ins[LIMIT_WAVENUMBER] * ahead
     factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * ahead
     lowest, highest = lower * factor, upper * factor
     v = asked
     if ins[EARLY_RATE] > 0.0:
-        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE], lowest, highest)
+        if begins:
+            held = ramped(asked, early, ins[EARLY_RATE])[1]
+        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE] * steps, lowest, highest)
+        v += ins[HELD] * (min(max(held, lowest), highest) - v)
     elif asked < lowest:
         v = lowest
     elif asked > highest:
         v = highest
     if ins[LATE_RATE] > 0.0:
-        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE])
-    return v, early, late
+        if begins:
+            held = ramped(v, late, ins[LATE_RATE])[1]
+        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE] * steps)
+        v += ins[HELD] * (held - v)
+    return v, early, late, held
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
     """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
     found = np.empty(len(u))
-    early = late = before = 0.0
+    early = late = held = before = 0.0
     for k in range(len(u)):
-        found[k], early, late = limited_command(u[k], w[k], w[k] - before, lower, upper, ins, early, late)
+        found[k], early, late, held = limited_command(
+            u[k], w[k], w[k] - before, lower, upper, ins, early, late, held, 1, True
+        )
         before = w[k]
     return found
 
@@ -96,13 +108,10 @@ def loop_jointly(  # type: ignore[no-untyped-def]
     n_real, n_sections, n_filters = real.shape[2], sections.shape[2], len(controller_sections)
     for d in range(len(residue)):
         lower, upper, half_width = static[d]
-        ins, outs, a_step = inputs[d], outputs[d], inputs[d].copy()
-        a_step[EARLY_RATE] *= steps
-        a_step[LATE_RATE] *= steps
-        a_step[LIMIT_LEAD] *= steps
+        ins, outs = inputs[d], outputs[d]
         x_real, x1, x2 = np.zeros(n_real), np.zeros(n_sections), np.zeros(n_sections)
         memory, taus, x_direct = np.zeros(n_laws), np.zeros(n_laws), np.zeros(n_laws)
-        integral, early, late = start[d], 0.0, 0.0
+        integral, early, late, held = start[d], 0.0, 0.0, 0.0
         out = w1 = start[d]
         line = np.zeros(max(delay, 1))
         filters, state = np.zeros((n_filters, 2)), np.zeros(STATES)
@@ -149,7 +158,9 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 for j in range(n_laws):
                     w += x_direct[j]
                 # The command behind the input's effects.
-                v, early, late = limited_command(asked, w, w - w1, lower, upper, a_step, early, late)
+                v, early, late, held = limited_command(
+                    asked, w, w - w1, lower, upper, ins, early, late, held, steps, step == 0
+                )
                 v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
                 v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
                 v += ins[BIAS]

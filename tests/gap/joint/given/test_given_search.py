@@ -222,6 +222,29 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest
     assert asked == [False]
 
 
+def test_beside_a_first_label_that_is_too_small_to_be_verified_none_is_sought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is kept for its verification, which drops it; one that is worth enough is gone on from."""
+    steps = {}
+    for size in (0.004, 0.05):
+        records = measured((Effect(form("command_bias"), np.array([size])),), FEW, (1, 2))
+        base = best_base(records, model())
+        biased = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        begun: list[GivenFit] = []
+
+        def trials(fit: GivenFit, _: object, to: GivenFit = biased, seen: list[GivenFit] = begun) -> object:
+            seen.append(fit)
+            return [to]
+
+        monkeypatch.setattr(given_search, "_trials", trials)
+        monkeypatch.setattr(given_search, "is_shape", lambda *_: False)
+        trail = given_search._followed(base, read_faults(base), lambda _: None)
+        assert trail.fit.labels == ("command_bias",)
+        steps[bool(trail.fit.score > base.score + 25)] = len(begun)
+    assert steps == {False: 1, True: 2}
+
+
 def test_what_is_slow_is_not_left_to_the_noise() -> None:
     """An error of a limit that an autoregression takes up is explained under white noise."""
     uneven = Effect(form("gain_asymmetry"), np.array([0.12]))

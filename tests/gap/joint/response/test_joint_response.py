@@ -101,6 +101,24 @@ def test_a_ramp_before_the_limiter_is_limited_on_its_way() -> None:
     np.testing.assert_allclose(response.simulate(values, u).v, expected, atol=1e-4)
 
 
+@pytest.mark.parametrize("name", ["in steps", "in steps, before the limiter"])
+@pytest.mark.parametrize("steps", [1, 4])
+def test_a_controller_moves_its_ramp_at_once_and_holds_it(name: str, steps: int) -> None:
+    """One step of the controller a sample, whatever else acts within the sample."""
+    u = command(SAMPLES, 1)
+    rate = 0.07
+    held = Effect(form("rate_limit", name), np.array([1 / rate, 1.0]))
+    response, values = response_with((held,), SAMPLES)
+    target = np.concatenate([[0.0], u[:-1]])
+    limits = CASCADE.lower, CASCADE.upper
+    at, expected = 0.0, []
+    for value in target if "before" in name else np.clip(target, *limits):
+        at += np.clip(value - at, -rate, rate)
+        expected.append(at)
+    within = replace(response, steps=steps)
+    np.testing.assert_allclose(within.simulate(values, u).v, np.clip(expected, *limits), atol=1e-12)
+
+
 def test_play_and_asymmetry_by_their_formulas() -> None:
     u = command(SAMPLES, 1)
     effects = (

@@ -1,0 +1,58 @@
+"""What is held against an answer is begun as the answer was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from joint_axis import form, measured, model, torque
+
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.given import given_rivals
+from bayes_hw.gap.joint.given.given_moves import as_given
+from bayes_hw.gap.joint.given.given_rivals import instead_of
+from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.search.effect_screen import first_order_noise
+from bayes_hw.identify.growth.levels import WHITE
+
+
+def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sample(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Laws that look at the states of G were begun for all labels where the first left noise of higher order;
+    beside white noise nothing is left to explain."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), 400, (1,)), model())
+    fit = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    assert fit.noise_order <= 1 < base.noise_order
+    alone = as_given(base.with_effect(form("cubic_stiffness"), (0.0,)))
+    asked: list[set[str]] = []
+    stepped: list[str] = []
+
+    def laws(_: object, forms: Sequence[Form]) -> list[object]:
+        asked.append({one.label for one in forms})
+        return [fit]
+
+    def finer(one: object) -> object:
+        stepped.extend(as_given(one).labels)
+        return one
+
+    for name, stand_in in (
+        ("every_law", laws), ("finer", finer), ("with_base_anew", lambda one: one),
+        ("free_shape", lambda one: one), ("_of_label", lambda *_: []),
+    ):  # fmt: skip
+        monkeypatch.setattr(given_rivals, name, stand_in)
+    fit = replace(fit, point=replace(fit.point, whitener=first_order_noise(fit.point.residuals)))
+    assert fit.noise_order == 1
+    nats = {"friction": fit.score - base.score}
+    rivals = nats | {"cubic_stiffness": 0.9 * nats["friction"]}
+    ends = instead_of(fit, base, nats, rivals, {"cubic_stiffness": alone})
+    assert asked == [{"cubic_stiffness"}]
+    assert ends["cubic_stiffness"] is fit
+    assert stepped == ["friction"]
+    for whitener in (WHITE, base.point.whitener):
+        other = replace(fit, point=replace(fit.point, whitener=whitener))
+        ends = instead_of(other, base, nats, rivals, {"cubic_stiffness": alone})
+        assert len(asked) == 1
+        assert ends["cubic_stiffness"] is alone
