@@ -23,8 +23,11 @@ class Parameter:
 
     @property
     def coordinate_sd(self) -> float:
-        """Half of what lies between the coordinates at one standard deviation of a normal to either side of
-        the prior's median: the standard deviation where the coordinate is normal."""
+        """Standard deviation of the coordinate under the prior, where it is normal; else half of what lies
+        between the coordinates at one standard deviation of a normal to either side of the prior's median."""
+        normal = _normal_coordinate(self)
+        if normal is not None:
+            return normal[1]
         either_side = self.prior.quantile(special.ndtr(np.array([-1.0, 1.0])))
         below, above = np.sort(self.transform.to_coordinate(either_side))
         return float(above - below) / 2

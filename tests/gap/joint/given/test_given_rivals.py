@@ -13,7 +13,7 @@ from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_rivals import instead_of
 from bayes_hw.gap.joint.given.given_search import best_base
-from bayes_hw.gap.joint.search.effect_screen import first_order_noise
+from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.identify.growth.levels import WHITE
 
 
