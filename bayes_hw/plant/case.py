@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.drive_train import draw_drive_train
-from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUES, Effect, Scales
+from bayes_hw.plant.draws import UnreachableGapError, draw_commands, rms
+from bayes_hw.plant.effects import Effect, Scales
 from bayes_hw.plant.effects.effect import log_uniform
-from bayes_hw.plant.excitation import FAMILIES, Excitation
+from bayes_hw.plant.excitation import Excitation
 from bayes_hw.plant.kinds import Kind
-from bayes_hw.plant.nominal import Nominal, nominal_of, refit
-from bayes_hw.plant.run import Axis, LimitedAxis, Reading, Run
+from bayes_hw.plant.nominal import Nominal, refit
+from bayes_hw.plant.run import Reading
 from bayes_hw.plant.strength import strength_for_gap
 
 SHAPE_ATTEMPTS = 6
 """Shapes of a fault tried before another axis is drawn."""
 
 CASE_ATTEMPTS = 12
-
-HIGHEST_MODE = 0.4
-"""Largest frequency of a mode, in sample rates: a simulator may be off and must stay below one half."""
 
 NOISE_STREAM = 7
 
@@ -54,10 +51,6 @@ class BlindCase:
     train: tuple[BlindRecord, ...]
     holdout: BlindRecord
     truth: dict[str, object]
-
-
-class UnreachableGapError(RuntimeError):
-    """No strength of any shape that was drawn leaves a gap of the wanted size."""
 
 
 class Plant(Protocol):
@@ -123,6 +116,8 @@ def _plant(kind: Kind) -> Plant:
         from bayes_hw.plant.beam.plant import BeamPlant
 
         return BeamPlant()
+    from bayes_hw.plant.home import HomePlant
+
     return HomePlant()
 
 
@@ -230,111 +225,6 @@ class RefittedGap:
         return rms([simulator.simulate(u) - y for u, y in zip(self._commands, measured, strict=True)])
 
 
-class HomePlant:
-    """The torque-level plant of this package."""
-
-    def draw_axis(
-        self, rng: np.random.Generator, kind: Kind
-    ) -> tuple[Axis, float, float, tuple[Excitation, ...], float]:
-        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
-        rate = float(rng.choice(kind.rates_hz))
-        duration = float(rng.choice(kind.durations_s))
-        drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
-        while drive.modes()[-1][0] > HIGHEST_MODE * rate:
-            drive = draw_drive_train(rng, kind.diameter_m, kind.first_damping)
-        speed = kind.speed(rng)
-        axis = Axis(
-            drive,
-            -float(rng.uniform(0.28, 0.5)) * speed,
-            float(rng.uniform(0.28, 0.5)) * speed,
-            0.0,
-            int(rng.integers(1, 4)),
-            rate,
-        )
-        excitations = draw_excitations(rng, kind)
-        spread = typical_spread(nominal_of(axis), axis, rng, excitations[:-1], duration)
-        axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
-        sigma = log_uniform(rng, *kind.noise_share) * spread
-        correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
-        return axis, sigma, correlation, excitations, duration
-
-    def nominal_of(self, axis: Axis) -> Nominal:
-        """By zero-order hold."""
-        return nominal_of(axis)
-
-    def scales(
-        self,
-        axis: Axis,
-        commands: Sequence[FloatArray],
-        outputs: Sequence[FloatArray],
-        sigma: float,
-        duration: float,
-    ) -> Scales:
-        limit = max(axis.upper, -axis.lower)
-        limited = [np.clip(command, axis.lower, axis.upper) for command in commands]
-        twist = rms([axis.drive.twist(v, axis.sample_rate_hz) for v in limited])
-        first, second = (frequency for frequency, _ in axis.drive.modes())
-        return Scales(
-            speed=limit * axis.drive.velocity_gain,
-            travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
-            torque=twist * axis.drive.stiffness,
-            twist=twist,
-            sigma=sigma,
-            duration_s=duration,
-            sample_rate_hz=axis.sample_rate_hz,
-            modes_hz=(first, second),
-            limit=limit,
-        )
-
-    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
-        if label == "other":
-            faults = OFF_CATALOGUES[kind.off_catalogue]
-            return faults[int(rng.integers(len(faults)))].draw(rng, scales)
-        for effect in CATALOGUE:
-            if effect.label == label:
-                return effect.draw(rng, scales)
-        raise KeyError(label)
-
-    def run(
-        self, axis: Axis, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
-    ) -> Reading:
-        run = Run(axis, command, seed)
-        for effect, strength in acting:
-            effect.act(run, strength)
-        return run.read(run.angles())
-
-
-def draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
-    """Those of the training records and, last, the hold-out's."""
-    if kind.excitations:
-        return tuple(FAMILIES[name] for name in kind.excitations)
-    names = list(FAMILIES)
-    train = rng.choice(names, int(rng.integers(2, 4)), replace=False)
-    return (*(FAMILIES[str(name)] for name in train), FAMILIES[str(rng.choice(names))])
-
-
-def typical_spread(
-    system: Nominal,
-    axis: LimitedAxis,
-    rng: np.random.Generator,
-    excitations: Sequence[Excitation],
-    duration: float,
-) -> float:
-    """Mean standard deviation of the outputs to commands like those of the records."""
-    samples = round(duration * axis.sample_rate_hz)
-    limit = max(axis.upper, -axis.lower)
-    outputs = [system.simulate(limit * make(rng, axis.sample_rate_hz, samples)) for make in excitations]
-    return float(np.mean([np.std(y) for y in outputs]))
-
-
-def draw_commands(
-    rng: np.random.Generator, axis: LimitedAxis, excitations: Sequence[Excitation], duration: float
-) -> list[FloatArray]:
-    samples = round(duration * axis.sample_rate_hz)
-    limit = max(axis.upper, -axis.lower)
-    return [np.round(limit * make(rng, axis.sample_rate_hz, samples), 6) for make in excitations]
-
-
 def _noise(rng: np.random.Generator, sigma: float, correlation: float, samples: int) -> FloatArray:
     """Stationary AR(1) noise of marginal standard deviation `sigma`."""
     white = rng.standard_normal(samples) * np.sqrt(1 - correlation**2)
@@ -344,7 +234,3 @@ def _noise(rng: np.random.Generator, sigma: float, correlation: float, samples: 
 
 def _names(count: int) -> list[str]:
     return [*(f"train_{number}" for number in range(1, count)), "holdout"]
-
-
-def rms(parts: Sequence[FloatArray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))

@@ -130,6 +130,10 @@ class RecordRun:
         """Replace fields of the physics."""
         self.physics = self.physics._replace(**physics)  # type: ignore[arg-type]
 
+    def angles(self) -> FloatArray:
+        """The angle in deg of the encoder's disc at every integration step (steps,)."""
+        raise NotImplementedError
+
     def delayed(self) -> FloatArray:
         """The command as it arrives at the limiter, shape (steps,)."""
         delay = self.axis.delay_samples * self.axis.substeps + round(self.extra_delay_s / self.axis.step_s)

@@ -13,11 +13,11 @@ from bayes_hw.plant.effects.disturbance import Wind
 from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
 from bayes_hw.plant.effects.linear import (
-    CLEAR_OF_MODES,
     LARGEST_MASS_RATIO,
     MASS_RATIO,
     CubicStiffness,
     TransportDelay,
+    frequency_clear_of_modes,
 )
 from bayes_hw.plant.effects.off_catalogue import (
     BoucWen,
@@ -68,11 +68,7 @@ class FurtherMode(Effect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> FurtherMode:
-        low, high = scales.modes_hz
-        while True:
-            hz = log_uniform(rng, 0.5 * low, min(1.8 * high, 0.35 * scales.sample_rate_hz))
-            if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
-                break
+        hz = frequency_clear_of_modes(rng, scales, 0.5, 0.35)
         return cls(str(rng.choice(["hub", "motor"], p=[0.75, 0.25])), hz, log_uniform(rng, 0.004, 0.03))
 
     @property

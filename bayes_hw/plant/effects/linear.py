@@ -19,6 +19,18 @@ LARGEST_SOFTENING = 0.06
 """|b| D^2 at the root mean square twist: at four times that the torque is still rising with the twist."""
 
 
+def frequency_clear_of_modes(
+    rng: np.random.Generator, scales: Scales, lowest_share: float, largest_share: float
+) -> float:
+    """A frequency (Hz) CLEAR_OF_MODES, from `lowest_share` of the first of them to well above the last and at
+    most `largest_share` of the sample rate."""
+    low, high = min(scales.modes_hz), max(scales.modes_hz)
+    while True:
+        hz = log_uniform(rng, lowest_share * low, min(1.8 * high, largest_share * scales.sample_rate_hz))
+        if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
+            return hz
+
+
 @dataclass(frozen=True)
 class TransportDelay(Effect):
     """More delay of the command than the simulator has, a fraction of a sample or several."""
@@ -53,11 +65,7 @@ class UnmodelledMode(Effect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> UnmodelledMode:
-        low, high = scales.modes_hz
-        while True:
-            hz = log_uniform(rng, 0.45 * low, min(1.8 * high, 0.4 * scales.sample_rate_hz))
-            if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
-                break
+        hz = frequency_clear_of_modes(rng, scales, 0.45, 0.4)
         return cls(
             str(rng.choice(["at_load", "at_structure"], p=[0.7, 0.3])), hz, log_uniform(rng, 0.005, 0.03)
         )

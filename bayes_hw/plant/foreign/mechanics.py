@@ -15,7 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.effects.drive import LARGEST_TORQUES, TORQUE_SHARE
 from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
-from bayes_hw.plant.effects.linear import CLEAR_OF_MODES
+from bayes_hw.plant.effects.linear import MASS_RATIO, frequency_clear_of_modes
 from bayes_hw.plant.foreign.simulation import ForeignRun
 
 DEGREE = np.pi / 180
@@ -196,21 +196,17 @@ class FurtherMode(ForeignEffect):
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> FurtherMode:
-        low, high = min(scales.modes_hz), max(scales.modes_hz)
-        while True:
-            hz = log_uniform(rng, 0.5 * low, min(1.8 * high, 0.35 * scales.sample_rate_hz))
-            if min(abs(hz / low - 1), abs(hz / high - 1)) > CLEAR_OF_MODES:
-                break
+        hz = frequency_clear_of_modes(rng, scales, 0.5, 0.35)
         return cls(str(rng.choice(["load", "motor"], p=[0.8, 0.2])), hz, log_uniform(rng, 0.004, 0.03))
 
     @property
     def largest(self) -> float:
-        return LARGEST_MASS_RATIO / 0.02
+        return LARGEST_MASS_RATIO / MASS_RATIO
 
     def act(self, run: ForeignRun, strength: float) -> None:
         host = run.train.load if self.detail == "load" else run.train.motor
-        inertia = 0.02 * strength * run.train.inertias[host]
+        inertia = MASS_RATIO * strength * run.train.inertias[host]
         run.train = run.train.with_appendage(host, inertia, self.hz, self.damping_ratio)
 
     def parameters(self, strength: float) -> Parameters:
-        return {"kind": self.detail, "hz": self.hz, "mass_ratio": 0.02 * strength}
+        return {"kind": self.detail, "hz": self.hz, "mass_ratio": MASS_RATIO * strength}

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.case import UnreachableGapError, draw_excitations, rms, typical_spread
+from bayes_hw.plant.draws import (
+    DrawnAxis,
+    draw_fault,
+    draw_limits,
+    read_under,
+    rms,
+    stable_axis,
+    with_records,
+)
 from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
 from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.effect import Effect, Scales, log_uniform
+from bayes_hw.plant.effects.effect import Effect, Scales
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import (
     Eccentricity,
@@ -21,7 +28,6 @@ from bayes_hw.plant.effects.sensor import (
     SensorDrift,
     TimingJitter,
 )
-from bayes_hw.plant.excitation import Excitation
 from bayes_hw.plant.foreign.linearisation import nominal_of
 from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, FurtherMode, Ripple
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, substeps_for
@@ -30,7 +36,6 @@ from bayes_hw.plant.foreign.unnamed import UNNAMED
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal
 from bayes_hw.plant.run import Reading
-from bayes_hw.plant.sampled_system import UnfitAxisError
 
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,
@@ -53,38 +58,24 @@ CATALOGUE: tuple[type[Effect], ...] = (
 )
 
 HIGHEST_MODE = 0.35
-AXIS_ATTEMPTS = 400
 
 
 class ForeignPlant:
     """Draws MuJoCo axes and runs them."""
 
-    def draw_axis(
-        self, rng: np.random.Generator, kind: Kind
-    ) -> tuple[ForeignAxis, float, float, tuple[Excitation, ...], float]:
+    def draw_axis(self, rng: np.random.Generator, kind: Kind) -> DrawnAxis:
         """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
         rate = float(rng.choice(kind.rates_hz))
         duration = float(rng.choice(kind.durations_s))
-        speed = kind.speed(rng)
-        lower = -float(rng.uniform(0.28, 0.5)) * speed
-        upper = float(rng.uniform(0.28, 0.5)) * speed
+        lower, upper = draw_limits(rng, kind.speed(rng))
         delay = int(rng.integers(0, 4))
-        for _ in range(AXIS_ATTEMPTS):
+
+        def make() -> ForeignAxis:
             train = draw_train(rng, min(HIGHEST_MODE * rate, 9.0))
-            axis = ForeignAxis(train, lower, upper, 0.0, delay, rate, substeps_for(train, rate))
-            try:
-                system = nominal_of(axis)
-            except UnfitAxisError:
-                continue
-            break
-        else:
-            raise UnreachableGapError("no stable axis")
-        excitations = draw_excitations(rng, kind)
-        spread = typical_spread(system, axis, rng, excitations[:-1], duration)
-        axis = replace(axis, dead_zone=log_uniform(rng, *kind.dead_zone_share) * spread)
-        sigma = log_uniform(rng, *kind.noise_share) * spread
-        correlation = float(rng.uniform(0.3, 0.85)) if rng.random() < kind.coloured_share else 0.0
-        return axis, sigma, correlation, excitations, duration
+            return ForeignAxis(train, lower, upper, 0.0, delay, rate, substeps_for(train, rate))
+
+        axis, system = stable_axis(make, self.nominal_of)
+        return with_records(rng, kind, axis, system, duration)
 
     def nominal_of(self, axis: ForeignAxis) -> Nominal:
         """By steps of the simulation itself."""
@@ -125,12 +116,7 @@ class ForeignPlant:
         scales: Scales,
     ) -> Effect:
         """A fault of this label, `other` from those of MuJoCo axes."""
-        if label == "other":
-            return UNNAMED[int(rng.integers(len(UNNAMED)))].draw(rng, scales)
-        for effect in CATALOGUE:
-            if effect.label == label:
-                return effect.draw(rng, scales)
-        raise KeyError(label)
+        return draw_fault(rng, label, scales, CATALOGUE, UNNAMED)
 
     def run(
         self,
@@ -140,7 +126,4 @@ class ForeignPlant:
         acting: Sequence[tuple[Effect, float]],
     ) -> Reading:
         """One record under these faults of these strengths."""
-        run = ForeignRun(axis, command, seed)
-        for effect, strength in acting:
-            effect.act(run, strength)
-        return run.read(run.angles())
+        return read_under(ForeignRun(axis, command, seed), acting)

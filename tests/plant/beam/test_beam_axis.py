@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plant_axis import drawn_axis
 from scipy import linalg
 
 from bayes_hw.plant.beam.faults import CATALOGUE, UNNAMED, ControllerRamp, Rounding
 from bayes_hw.plant.beam.mechanism import LOAD_INERTIA, Mechanism, draw_mechanism
 from bayes_hw.plant.beam.plant import BeamPlant
 from bayes_hw.plant.beam.simulation import BeamAxis, BeamRun
-from bayes_hw.plant.case import draw_commands, make_case, rms
+from bayes_hw.plant.case import make_case
+from bayes_hw.plant.draws import rms
 from bayes_hw.plant.effects.effect import Scales
 from bayes_hw.plant.integrator import Friction
 from bayes_hw.plant.kinds import KINDS, LABELS
@@ -22,12 +24,7 @@ PLANT = BeamPlant()
 
 
 def drawn(seed: int) -> tuple[BeamAxis, float, list[np.ndarray], Scales]:
-    rng = np.random.default_rng(seed)
-    axis, sigma, _, excitations, duration = PLANT.draw_axis(rng, KIND)
-    commands = draw_commands(rng, axis, excitations, duration)
-    system = PLANT.nominal_of(axis)
-    outputs = [system.simulate(u) for u in commands]
-    return axis, sigma, commands, PLANT.scales(axis, commands, outputs, sigma, duration)
+    return drawn_axis(PLANT, KIND, seed)
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -9,7 +9,10 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from bayes_hw.plant.case import draw_commands, make_case, rms
+from plant_axis import drawn_axis
+
+from bayes_hw.plant.case import make_case
+from bayes_hw.plant.draws import rms
 from bayes_hw.plant.effects.effect import Scales
 from bayes_hw.plant.foreign.linearisation import discrete_system
 from bayes_hw.plant.foreign.mechanics import Friction
@@ -23,12 +26,7 @@ PLANT = ForeignPlant()
 
 
 def drawn(seed: int) -> tuple[ForeignAxis, float, list[np.ndarray], Scales]:
-    rng = np.random.default_rng(seed)
-    axis, sigma, _, excitations, duration = PLANT.draw_axis(rng, KIND)
-    commands = draw_commands(rng, axis, excitations, duration)
-    system = PLANT.nominal_of(axis)
-    outputs = [system.simulate(u) for u in commands]
-    return axis, sigma, commands, PLANT.scales(axis, commands, outputs, sigma, duration)
+    return drawn_axis(PLANT, KIND, seed)
 
 
 @pytest.mark.parametrize("seed", range(8))
