@@ -68,7 +68,9 @@ def widths_over_bound(sets: Mapping[str, Mapping[str, FloatArray]], aim: float) 
         axes = canvas.subplots()
         for row, (_, _, widths) in enumerate(rows):
             shown = np.clip(widths, NARROWEST, WIDEST)
-            axes.plot(shown, row + _aside(shown), "o", color=POSTERIOR, markersize=2.2, alpha=0.5)
+            axes.plot(
+                shown, row + _aside(shown), "o", color=POSTERIOR, markersize=2.2, alpha=0.5, rasterized=True
+            )
             axes.plot(float(np.median(shown)), row, "|", color=VERMILLION, markersize=13, markeredgewidth=2)
         axes.axvline(1.0, color=INK, linestyle="--", linewidth=0.9)
         axes.axvline(aim, color=MUTED, linestyle=":", linewidth=1.1)
