@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayes_hw.first_look.measures import Measures
 from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.first_look.ripple import Ripple
 from bayes_hw.phrases import listed
 from bayes_hw.record import Record
-
-if TYPE_CHECKING:
-    from bayes_hw.first_look.look import Look
 
 COHERENT = 0.8
 SHORT_S = 120.0
@@ -39,11 +36,16 @@ class Advice:
         return "\n".join([self.sentence, *(f"{name}: {item}" for name, items in parts for item in items)])
 
 
-def advice(look: Look) -> Advice:
-    """From the measures of a look."""
-    records, statics, response = look.records, look.apart, look.response
-    delay, feedback, reversals, at_limits = look.delay, look.feedback, look.reversals, look.at_limits
-    repeated = look.repeated
+def advice(measures: Measures) -> Advice:
+    """From what was measured."""
+    records, statics, response = measures.records, measures.apart, measures.response
+    delay, feedback, reversals, at_limits = (
+        measures.delay,
+        measures.feedback,
+        measures.reversals,
+        measures.at_limits,
+    )
+    repeated = measures.repeated
     units = records[0].units
     shows, cannot, following = [], [], []
     for name, limit, share in (
@@ -89,7 +91,7 @@ def advice(look: Look) -> Advice:
             f"No dead zone or hysteresis of half width above {max(statics.bound, behind.bound):.2g} "
             f"{units.output} (94 %), in {reversals} reversals."
         )
-    shows += [_ripple(ripple, units.output, look.turn) for ripple in repeated.ripples]
+    shows += [_ripple(ripple, units.output, measures.turn) for ripple in repeated.ripples]
     band = coherent_band(response)
     if band is None:
         cannot.append(

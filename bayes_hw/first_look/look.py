@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cached_property
 from typing import Any
 
@@ -12,19 +12,12 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.advice import Advice, advice
-from bayes_hw.first_look.delay import Delay, delay
-from bayes_hw.first_look.distortion import Distortion, Feedback, distortion, feedback
+from bayes_hw.first_look.delay import delay
+from bayes_hw.first_look.distortion import distortion, feedback
 from bayes_hw.first_look.frequency_response import FrequencyResponse
-from bayes_hw.first_look.known_columns import KnownColumn, known_columns
-from bayes_hw.first_look.motion import (
-    PositionError,
-    Regime,
-    SpeedMap,
-    position_error,
-    regimes,
-    reversals,
-    speed_map,
-)
+from bayes_hw.first_look.known_columns import known_columns
+from bayes_hw.first_look.measures import TURNS, Measures
+from bayes_hw.first_look.motion import position_error, regimes, reversals, speed_map
 from bayes_hw.first_look.noise import (
     NoiseSpectrum,
     drift,
@@ -40,63 +33,13 @@ from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
 SCHEMA = "bayes-hw/look/1"
-TURNS = {
-    "deg": 360.0,
-    "rad": 2 * np.pi,
-    "arcmin": 21600.0,
-    "arcsec": 1296000.0,
-    "rev": 1.0,
-    "mrad": 2000 * np.pi,
-}
 LEAST_SAMPLES = 64
 AT_ZERO = 4.0
 """A first angle within so many noise levels of zero counts as zero: the record's angles are then absolute."""
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
-    """What `records` show; arrays per record have the record's length.
-
-    `origins` are the angles that count as zero. `errors` are outputs less what the linear response to the
-    command within its limits explains, up to a constant, a slope and a factor. `response`, `noise`, `delay`
-    are None where the records are too short or the command never moves. `repeated` is the part of the errors
-    that goes with the direction of motion and with the angle; `noise_sigma` is the noise beside it.
-    """
-
-    records: tuple[Record, ...]
-    origins: tuple[float, ...]
-    errors: tuple[FloatArray, ...]
-    repeated: RepeatedError
-    statics: Statics
-    response: MeasuredResponse | None
-    noise: NoiseSpectrum | None
-    noise_sigma: float
-    white_sigma: float
-    resolution: float | None
-    delay: Delay | None
-    drift_per_hour: tuple[float, float]
-    distortion: Distortion | None
-    feedback: Feedback | None
-    speed: SpeedMap
-    position: PositionError
-    regimes: dict[str, Regime]
-    reversals: int
-    at_limits: tuple[float, float]
-    known: tuple[KnownColumn, ...] = ()
-
-    @property
-    def duration_s(self) -> float:
-        return sum(record.duration_s for record in self.records)
-
-    @property
-    def turn(self) -> float | None:
-        """A whole turn in the output's unit, where it has one."""
-        return TURNS.get(self.records[0].units.output)
-
-    @property
-    def apart(self) -> Statics:
-        """Limits and dead zone apart from what repeats with direction and angle, where that is seen."""
-        return self.repeated.statics if self.repeated.is_seen else self.statics
+class Look(Measures):
+    """What `records` show, with what follows from it in words."""
 
     def __repr__(self) -> str:
         return f"Look({len(self.records)} records, {self.duration_s:g} s: {self.advice.sentence})"
