@@ -15,7 +15,6 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.stochastic import autoregression
 from bayes_hw.gap.noise.whitener import LOG_2PI, Whitener
 
@@ -58,7 +57,7 @@ def compare_left_out(found: Mapping[tuple[str, ...], Explanation]) -> dict[tuple
 
 def _with_density(explanation: Explanation) -> Explanation:
     fit = explanation.fit
-    if not isinstance(fit.whitener, CorrelatedPlain):
+    if fit.whitener.has_density:
         return explanation
     return replace(explanation, fit=replace(fit, whitener=autoregression(fit)))
 

@@ -34,11 +34,10 @@ from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.surprise import chi_squared_surprise
 from bayes_hw.gap.criticism.variance_inflation import free_functions_with_free_variance
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.noise.clock_jitter import JitterWhitener
 from bayes_hw.gap.noise.glitches import find_glitches
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
-from bayes_hw.gap.noise.whitener import Whitener, bridged_records, fit_autoregression, no_glitches
+from bayes_hw.gap.noise.whitener import bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
 STEP_MARGIN = 10
@@ -95,7 +94,7 @@ def residual_diagnostics(
     fit = explanation.fit
     found = [_line(residuals, white)]
     if not rounded:
-        found.append(_step(_evened(residuals, fit.whitener), _hidden(residuals, fit.whitener)))
+        found.append(_step(fit.whitener.evened(residuals), fit.whitener.hidden(residuals)))
     chain = fit.hypothesis.chain(fit.values)
     moved, rate = motions(fit, inputs), fit.hypothesis.scale.rate
     drifts = explanation.drifts
@@ -195,20 +194,6 @@ def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> t
     statistic = -2 * samples * np.log(max(ratio, 1e-12))
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
     return "spectrum", chi_squared_surprise(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
-
-
-def _evened(residuals: Sequence[FloatArray], whitener: Whitener) -> list[FloatArray]:
-    """Residuals with the spread of a sample at rest everywhere, where untimely samples make it change."""
-    if not isinstance(whitener, JitterWhitener):
-        return list(residuals)
-    return [e / whitener.relative_spread(record) for record, e in enumerate(residuals)]
-
-
-def _hidden(residuals: Sequence[FloatArray], whitener: Whitener) -> list[BoolArray]:
-    """Where the dead zone hides a disturbance (samples,), a record each: going there the residuals jump."""
-    if not isinstance(whitener, StateNoise) or whitener.views is None:
-        return [np.zeros(len(e), dtype=np.bool_) for e in residuals]
-    return [(view.share < 1) | (view.doubt > 0) for view in whitener.views]
 
 
 def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple[str, float, float]:

@@ -9,7 +9,6 @@ from scipy.signal import spectrogram
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.noise.whitener import Autoregression
 
 WINDOWS = 24
 """Windows that fit into a record, before they are made to overlap by three quarters."""
@@ -31,13 +30,9 @@ def noise_power(explanation: Explanation, frequencies: FloatArray) -> FloatArray
 
     Of a stochastic effect the encoder's own noise counts, taken for white, and not the effect's.
     """
-    whitener = explanation.fit.whitener
-    if explanation.stochastic is not None or not isinstance(whitener, Autoregression):
+    if explanation.stochastic is not None:
         return np.full(len(frequencies), explanation.encoder_sigma**2)
-    rate = explanation.fit.hypothesis.scale.rate
-    lags = np.arange(1, len(whitener.coefficients) + 1)
-    turns = np.exp(-2j * np.pi * np.outer(frequencies, lags) / rate)
-    return np.asarray(whitener.innovation_sigma**2 / np.abs(1 - turns @ whitener.coefficients) ** 2)
+    return explanation.fit.whitener.power(frequencies / explanation.fit.hypothesis.scale.rate)
 
 
 def residual_map(residual: FloatArray, explanation: Explanation) -> ResidualMap:

@@ -13,7 +13,7 @@ from bayes_hw.gap.fit.fit import Fit, fitted_on
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.noise.random_cause import ROUNDING, Tracking
 from bayes_hw.gap.noise.stochastic import Display, StochasticFit, autoregression
-from bayes_hw.gap.noise.whitener import Autoregression, no_glitches
+from bayes_hw.gap.noise.whitener import Autoregression
 from bayes_hw.gap.simulate.builder import Followed
 
 NOISE_ROUNDS = 2
@@ -104,7 +104,7 @@ class Explanation:
         model that lacks something add to it."""
         whitener, sigma = self.fit.whitener, self.encoder_sigma
         correlation = whitener.correlation
-        gaps = whitener.glitches if isinstance(whitener, Autoregression) else no_glitches(self.fit.residuals)
+        gaps = whitener.glitches_in(self.fit.residuals)
         innovation = sigma * float(np.sqrt(1 - correlation**2))
         coefficients, unread = np.array([correlation]), self.fit.unread
         return Autoregression(coefficients, innovation, sigma, float("nan"), gaps, unread=unread)

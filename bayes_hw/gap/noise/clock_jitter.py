@@ -7,6 +7,7 @@ of samples lose the speed of vibrations.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.noise_kernel import jitter_filter, untimely_variance
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.stochastic import StochasticFit
-from bayes_hw.gap.noise.whitener import LOG_2PI, fit_autoregression, no_glitches
+from bayes_hw.gap.noise.whitener import LOG_2PI, Homogeneous, fit_autoregression, no_glitches
 from bayes_hw.gap.simulate.columns import square_sums
 
 CLOCK_SD = "timing_jitter.clock_sd"
@@ -28,7 +29,7 @@ LEAST_OF_SPEED = 0.3
 
 
 @dataclass(frozen=True)
-class JitterWhitener:
+class JitterWhitener(Homogeneous):
     """First-order noise and white noise of changing variance."""
 
     coefficient: float
@@ -45,9 +46,8 @@ class JitterWhitener:
     def sigma(self) -> float:
         return float(np.sqrt(self.innovation_variance / (1 - self.coefficient**2)))
 
-    def relative_spread(self, record: int) -> FloatArray:
-        """Standard deviation (samples,) of every sample over that of one at rest."""
-        return np.sqrt(1 + self.extra[record] / self.sigma**2)
+    def evened(self, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+        return [e / np.sqrt(1 + x / self.sigma**2) for e, x in zip(residuals, self.extra, strict=True)]
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         white = np.empty_like(columns)

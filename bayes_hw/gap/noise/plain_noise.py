@@ -9,13 +9,13 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.noise.misfit import Misfit
-from bayes_hw.gap.noise.whitener import LOG_2PI
+from bayes_hw.gap.noise.whitener import LOG_2PI, Homogeneous
 
 LARGEST_CORRELATION = 0.998
 
 
 @dataclass(frozen=True)
-class CorrelatedPlain:
+class CorrelatedPlain(Homogeneous):
     """Residuals as they are, each worth 1 / tau of an independent Gaussian sample of deviation sigma.
 
     tau = (1 + phi) / (1 - phi) of first-order noise phi (Sokal, doi 10.1007/978-1-4899-0319-8_6). Where a
@@ -29,6 +29,7 @@ class CorrelatedPlain:
     log_likelihood: float
     parameter_count: int = 2
     unread: Sequence[BoolArray] | None = None
+    has_density = False
 
     @classmethod
     def of(cls, correlation: float, fit: Misfit) -> CorrelatedPlain:

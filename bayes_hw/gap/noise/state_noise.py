@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import expm
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.noise.noise_kernel import state_filter, state_gains
-from bayes_hw.gap.noise.whitener import LOG_2PI
+from bayes_hw.gap.noise.whitener import LOG_2PI, Homogeneous
 from bayes_hw.gap.simulate.columns import count_finite, filled_out, part, square_sums
 from bayes_hw.gap.simulate.path import Path
 from bayes_hw.model.lanes import padded_to_lanes
@@ -56,7 +56,7 @@ class Gains(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StateNoise:
+class StateNoise(Homogeneous):
     """x(k+1) = transition x(k) + a(k), noise(k) = output x(k); x(0) of variance `initial`; n states.
 
     The last state is the encoder's own noise of standard deviation `sigma`, output units; where a `view` of
@@ -97,6 +97,11 @@ class StateNoise:
 
     def whiten(self, columns: FloatArray, record: int) -> FloatArray:
         return self._filtered(columns, record)[0]
+
+    def hidden(self, residuals: Sequence[FloatArray]) -> list[BoolArray]:
+        if self.views is None:
+            return super().hidden(residuals)
+        return [np.asarray((view.share < 1) | (view.doubt > 0)) for view in self.views]
 
     def expected(self, residual: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
         """Mean and variance (samples,) of the disturbance, given the residuals before each sample."""

@@ -48,9 +48,50 @@ class Whitener(Protocol):
         """Of neighbouring samples of the encoder's own noise, where that is of first order; else 0."""
         ...
 
+    @property
+    def has_density(self) -> bool:
+        """Whether the noise has a density of single samples."""
+        ...
+
+    def evened(self, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+        """Residuals (samples,), a record each, with the spread of a sample at rest everywhere."""
+        ...
+
+    def hidden(self, residuals: Sequence[FloatArray]) -> list[BoolArray]:
+        """Where the dead zone hides a disturbance (samples,), a record each: going there residuals jump."""
+        ...
+
+    def glitches_in(self, residuals: Sequence[FloatArray]) -> Sequence[BoolArray]:
+        """A mask (samples,) a record of glitches, which are no noise."""
+        ...
+
+    def power(self, turns_a_sample: FloatArray) -> FloatArray:
+        """Power a sample of the encoder's own noise (frequencies,), output units squared."""
+        ...
+
+
+class Homogeneous:
+    """The answers of noise that is the same in every sample, and white as far as it is the encoder's own."""
+
+    has_density = True
+
+    glitches: Sequence[BoolArray] | None = None
+
+    def evened(self, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+        return list(residuals)
+
+    def hidden(self, residuals: Sequence[FloatArray]) -> list[BoolArray]:
+        return no_glitches(residuals)
+
+    def glitches_in(self, residuals: Sequence[FloatArray]) -> Sequence[BoolArray]:
+        return no_glitches(residuals) if self.glitches is None else self.glitches
+
+    def power(self: Whitener, turns_a_sample: FloatArray) -> FloatArray:
+        return np.full(len(turns_a_sample), self.sigma**2)
+
 
 @dataclass(frozen=True)
-class Plain:
+class Plain(Homogeneous):
     """White noise of a given sigma: the plain residuals that a first fit starts on.
 
     Samples in `masked` (a mask a record, or no mask at all) do not count.
@@ -79,7 +120,7 @@ class Plain:
 
 
 @dataclass(frozen=True)
-class Autoregression:
+class Autoregression(Homogeneous):
     """Stationary autoregressive noise; samples in `glitches` (a mask a record) are bridged, and conditioned
     across where they are `unread`: exactly, see `bayes_hw.identify.holes`."""
 
@@ -111,6 +152,11 @@ class Autoregression:
             white = np.ascontiguousarray(rows.T)
         blank(white, glitches)
         return white, change
+
+    def power(self, turns_a_sample: FloatArray) -> FloatArray:
+        lags = np.arange(1, len(self.coefficients) + 1)
+        turns = np.exp(-2j * np.pi * np.outer(turns_a_sample, lags))
+        return np.asarray(self.innovation_sigma**2 / np.abs(1 - turns @ self.coefficients) ** 2)
 
     def _predictors(self) -> tuple[FloatArray, FloatArray]:
         """Of every number of samples known; fewer than the order are of no use (see `innovations`)."""
