@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import textwrap
 from collections.abc import Iterator
@@ -22,7 +21,7 @@ from bayes_hw.report.page import document
 from bayes_hw.report.page.narrow import narrow_svg
 from bayes_hw.report.page.palette import PAPER, SETTINGS
 from bayes_hw.report.page.plain_text import visible
-from bayes_hw.report.page.svg_size import compact
+from bayes_hw.report.page.svg_size import svg_of
 from bayes_hw.report.page.typography import power_of_ten, typeset_unit
 
 LABEL_LENGTH = 48
@@ -73,13 +72,12 @@ def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int 
 
     A page may end after every `rows_together` rows of panels, nowhere where that is 0.
     """
-    buffer = io.StringIO()
-    canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    svg = svg_of(canvas)
     width = float(canvas.get_figwidth())
     breaks: tuple[float, ...] = ()
     if rows_together:
         breaks = few_of(gaps_between_rows(canvas)[rows_together - 1 :: rows_together])
-    return document.Figure(compact(buffer.getvalue()), caption, alt_text, width, breaks, narrow_svg(canvas))
+    return document.Figure(svg, caption, alt_text, width, breaks, narrow_svg(canvas))
 
 
 def few_of(gaps: tuple[float, ...]) -> tuple[float, ...]:

@@ -56,8 +56,8 @@ def _has_zoom(content: dict[str, Any]) -> bool:
 
 
 def _svg_data_uri(svg: str) -> Markup:
-    """Percent-encoded, which is a quarter shorter than base64 for text, and for an attribute in double quotes:
-    single ones need no escape, and all that would is encoded."""
+    """Percent-encoded, a quarter shorter than base64 for text, for an attribute in double quotes: single ones
+    need no escape, and all that would is encoded."""
     quoted = svg if "'" in svg else svg.replace('"', "'")
     return Markup("data:image/svg+xml;charset=utf-8," + quote(quoted, safe=" ,;:/=()!*+@$?'"))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.gridspec import GridSpec
 from matplotlib.text import Text
 
-from bayes_hw.report.page.svg_size import compact
+from bayes_hw.report.page.svg_size import svg_of
 
 NARROW_INCHES = 4.5
 """At which letters of 8.5 points are 9 pixels and more in a column of 350."""
@@ -33,9 +32,7 @@ def narrow_svg(canvas: Canvas) -> str | None:
     _fit_legends(canvas)
     if grid is not None and grid.ncols > 1 and (grid.ncols > MOST_BESIDE or not _titles_fit(canvas)):
         canvas.set_size_inches(NARROW_INCHES, height * _stacked(canvas, grid) / grid.nrows)
-    buffer = io.StringIO()
-    canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return compact(buffer.getvalue())
+    return svg_of(canvas)
 
 
 def _fit_legends(canvas: Canvas) -> None:
