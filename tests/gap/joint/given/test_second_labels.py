@@ -18,7 +18,7 @@ def test_a_second_label_is_sought_beside_the_best_of_all_others() -> None:
     little beside the fit left out."""
     base = best_base(measured((), 400, (1,)), model())
     other = best_base(measured((), 400, (2,)), model())
-    sizes = {"command_bias": 0.3, "gain_asymmetry": 0.3, "rate_limit": 0.3, "cubic_stiffness": 0.02}
+    sizes = {"command_bias": 0.5, "gain_asymmetry": 0.6, "rate_limit": 0.4, "cubic_stiffness": 0.02}
 
     def reaching(label: str, share: float) -> GivenFit:
         law = next(f for f in FORMS if f.label == label)

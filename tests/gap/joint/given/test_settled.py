@@ -16,7 +16,6 @@ from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base, search_given, slow_clear_of_zone
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import at_most
 
 FEW = 400
@@ -64,16 +63,15 @@ def test_a_search_without_time_answers_with_what_it_has_and_says_so() -> None:
     assert found.cut_short
     decision = decide_given(GivenEvidence.of(found, SIGMA))
     assert "no time left" in " ".join(notes_on_search(found, decision))
-    assert not replace(found, cut_short=False).cut_short
 
 
 def test_a_slow_cause_is_held_against_an_effect_clear_of_the_zone(monkeypatch: pytest.MonkeyPatch) -> None:
     """The base clear of the zone, where the cause explains more there; an effect that explains all stays."""
     plain = measured((), GIVEN_SAMPLES, (1, 2))
     rng = np.random.default_rng(3)
+    slowly = [0.3 * SIGMA * np.cumsum(rng.standard_normal(len(r))) for r in plain]
     records = [
-        replace(r, y=r.y + np.where(np.abs(r.y) > 0.02, np.cumsum(0.3 * SIGMA * rng.standard_normal(len(r))), 0))
-        for r in plain
+        replace(r, y=r.y + np.where(np.abs(r.y) > 0.02, e, 0)) for r, e in zip(plain, slowly, strict=True)
     ]
     base = best_base(records, model())
     slow = slow_causes(base)
@@ -83,4 +81,3 @@ def test_a_slow_cause_is_held_against_an_effect_clear_of_the_zone(monkeypatch: p
     assert clear.response.records is not base.response.records
     monkeypatch.setattr(given_search, "slow_causes", lambda _: [])
     assert slow_clear_of_zone(base, base, slow) is None
-    assert isinstance(evaluate(clear.response, clear.point.coordinates).rms, float)
