@@ -205,19 +205,13 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     noise alone explains as much. Where it alone explains little of what they do, it is only added to them.
     """
     slow = slow_causes(base)
-    trail = _followed(base, readings, say, causes=False)
+    trail = _followed(base, readings, say, slow)
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
     more = trail.fit.noise_order > 1 or trail.fit.score < alone
-    if slow and more and not is_shape(base, trail.fit):
+    if slow and more and trail.base is trail.whole and not is_shape(base, trail.fit):
         found = trail.fit.score - base.score
-        far_ahead = trail.fit.labels and alone - base.score < CONTEST_SHARE * found
-        clear = slow_clear_of_zone(trail.fit, base, slow) if far_ahead else None
-        if clear is not None:
-            say("clear of the dead zone a slow cause explains more:")
-            trail = _followed(base, readings, say, begun=clear)
-            trail = replace(trail, fit=pruned(trail.fit))
-        elif far_ahead:
+        if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
             if beside.score > trail.fit.score + asked_of(beside, trail.readings):
                 trail = replace(trail, fit=beside)
@@ -281,14 +275,15 @@ def _followed(
     base: GivenFit,
     readings: Readings,
     say: Callable[[str], None],
-    causes: bool = True,
-    begun: GivenFit | None = None,
+    instead: Sequence[GivenFit] | None = None,
 ) -> _Trail:
-    """One label after the other while the score improves; without `causes` the noise has none. It may have
-    `begun` as a base of fewer samples."""
-    whole, rivals, alone = base, dict[str, float](), dict[str, GivenFit]()
-    base = fit = begun or base
+    """One label after the other while the score improves. Noise has a cause beside them, unless causes that
+    the base may have `instead` of any effect are given: then only where one explains more than the first
+    label clear of the dead zone. All begins again there where that is so, or where noise of a cause is best.
+    """
+    whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
+    causes = instead is None
     steps = 0
     while steps < MOST_STEPS and not time_is_up():
         steps += 1
@@ -313,14 +308,17 @@ def _followed(
         if best.score <= fit.score or (doubtful and fit.labels):
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
-        if best.response.cause is not None and base is whole and not is_too_small(best):
+        clear = None
+        if base is whole and best.response.cause is not None and not is_too_small(best):
             clear = away_from_zero(best, base)
-            if clear is not None:
-                say("what a slow error may shift into the dead zone is left out")
-                carried = [on_records(best, clear.response.records)]
-                fit = base = clear
-                steps = 0
-                continue
+        elif base is whole and fit is base and instead and best.noise_order > 1:
+            clear = slow_clear_of_zone(best, base, instead)
+        if clear is not None:
+            say("what a slow error may shift into the dead zone is left out")
+            carried = [] if best.response.cause is None else [on_records(best, clear.response.records)]
+            base = fit = clear
+            rivals, alone, causes, steps = {}, {}, True, 0
+            continue
         finished = doubtful or best is start
         fit = best
         if not readings.nats:
