@@ -26,6 +26,17 @@ EXAMPLE = (
 )
 
 
+SEARCH_S = 180.0
+
+
+def positive_seconds(text: str) -> float:
+    """Of an option; raises ValueError where it is none, as argparse asks for."""
+    seconds = float(text)
+    if not seconds > 0:
+        raise ValueError(text)
+    return seconds
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A case folder, or a model with records to train on and records held out."""
     parser.add_argument(
@@ -70,6 +81,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.set_defaults(default_out=default_out)
     add_record_options(parser)
+    parser.add_argument(
+        "--within",
+        type=positive_seconds,
+        default=SEARCH_S,
+        metavar="SECONDS",
+        help="time after which the search answers with what it has, and says so (default %(default)s); "
+        "what comes after it takes some seconds more",
+    )
     add_start(parser)
     add_drive(parser)
     add_common(parser)
@@ -178,6 +197,7 @@ def run(parsed: argparse.Namespace) -> None:
         without=frozenset(parsed.without),
         progress=progress,
         full=None if axis is None else full_simulator(axis, parsed.jobs),
+        within_s=parsed.within,
     )
     diagnosis.write(out)
     if axis is not None:
@@ -315,6 +335,7 @@ def _joint(
         model=model,
         start=parsed.start,
         jobs=parsed.jobs,
+        within_s=parsed.within,
     )
     diagnosis.write(out)
     remove_pages(out)

@@ -43,6 +43,7 @@ from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
+from bayes_hw.time_budget import at_most
 
 FREE_RESIDUAL, CORRECTED = "free_residual.csv", "corrected.json"
 
@@ -124,11 +125,13 @@ def diagnose(
     calibration: Calibration | None = None,
     progress: Progress | None = None,
     full: FullSimulator | None = None,
+    within_s: float = float("inf"),
 ) -> Diagnosis:
     """Diagnose one case; labels in `without` are left out of the catalogue.
 
     The outputs of the records held out are used to score the finished prediction only. Where the case's
-    simulator is a fast stand-in, `full` moves it to where the real one is.
+    simulator is a fast stand-in, `full` moves it to where the real one is. A search that takes `within_s`
+    seconds begins nothing further, and a note says so.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
@@ -137,7 +140,8 @@ def diagnose(
         asked = question(case, without)
         if full is not None:
             asked = full.posed(asked)
-        attribution = _search(asked, calibration, rng, jobs, progress)
+        with at_most(within_s):
+            attribution = _search(asked, calibration, rng, jobs, progress)
         if full is not None:
             progress.say("the full simulator")
             attribution = full.refined(asked, attribution)

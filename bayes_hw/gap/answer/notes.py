@@ -22,6 +22,11 @@ CLEAR_ERRORS = 3.0
 SAME_COST_FACTOR, SAME_COST = 1.02, 2.0
 """Of the cost of a base fit: another start that comes so close has found the same."""
 
+CUT_SHORT = (
+    "the search had no time left to look further and answers with what it had by then: other explanations "
+    "may be missing; --within gives it more"
+)
+
 
 def starts_disagree(attribution: Attribution) -> bool:
     """Whether no other start of the base model came near the best fit."""
@@ -51,6 +56,8 @@ def notes_on(
 ) -> list[str]:
     """What a reader should know beside the verdict."""
     notes = [_of_train(case)] if isinstance(case, Case) else []
+    if attribution.cut_short:
+        notes.append(CUT_SHORT)
     if starts_disagree(attribution):
         notes.append(
             "only one start of the base model reached its best fit; another minimum may lie elsewhere"

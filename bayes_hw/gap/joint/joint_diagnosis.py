@@ -71,6 +71,7 @@ from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
+from bayes_hw.time_budget import at_most
 
 PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
 SEGMENTS = 12
@@ -138,6 +139,7 @@ def diagnose_records(
     model: HammersteinWiener | None = None,
     start: Start = "auto",
     jobs: int = 1,
+    within_s: float = float("inf"),
 ) -> JointDiagnosis:
     """Diagnose `records` without any model, or around `model` as it is given but for its base parameters;
     the outputs of `holdout` only score the finished prediction.
@@ -145,7 +147,8 @@ def diagnose_records(
     The first `lead` samples of every record held out are simulated and not scored: those of a record whose
     end alone is held out. The diagnosis then holds the ends. One that begins in motion is predicted from the
     state that fits its beginning, unless `start` is "rest" (see `Starts`). What is known of the `drive`
-    states torques in N m. `jobs` threads change no number.
+    states torques in N m. `jobs` threads change no number. A search that takes `within_s` seconds ends with
+    what it has, and a note says so.
 
     Raises InputError where there is no record, one at another rate or one too short, and
     where the G of a model answers within the sample.
@@ -167,10 +170,12 @@ def diagnose_records(
         notes = (*notes, f"structure and effects were sought {seen}{fitted}")
     with one_blas_thread(), crew(jobs), np.errstate(all="ignore"):
         if model is None:
-            found = search(records, progress.say)
+            with at_most(within_s):
+                found = search(records, progress.say)
             decision = decide_jointly(found)
         else:
-            found = search_given(records, model, progress.say)
+            with at_most(within_s):
+                found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
         unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
         fit = found.base if unnamed and not isinstance(found.fit, ShapedFit) else found.fit

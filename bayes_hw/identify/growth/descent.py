@@ -14,6 +14,7 @@ from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.levels import WHITE, free_levels, levelled, with_level_rows
 from bayes_hw.identify.holes import mask_of, measured_count
 from bayes_hw.identify.noise import MAX_ORDER
+from bayes_hw.time_budget import time_is_up
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
 STEPS_BETWEEN_NOISE = 3
@@ -214,18 +215,20 @@ def normal_matrix(response: Response, point: Point) -> FloatArray:
 
 
 def descend(response: Response, start: Point, steps: int, order: int | None = None) -> Point:
-    """At most `steps` accepted steps from `start`; the noise is that of the residuals at the end.
+    """At most `steps` accepted steps from `start`, none once time is up; the noise is that of the residuals
+    at the end.
 
     On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
-    point, damping, accepted, fresh, converged = start, FIRST_DAMPING, 0, False, False
+    point, damping, accepted, fresh, converged, stuck = start, FIRST_DAMPING, 0, False, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
-    while accepted < steps and not converged:
+    while accepted < steps and not converged and not time_is_up():
         moved = _step(response, point, damping)
+        stuck = moved is None
         if moved is None:
             break
         gained = moved[0].log_likelihood - point.log_likelihood
@@ -238,7 +241,7 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
             reference = point.log_likelihood
     if not fresh or order is not None:
         point = _with_fresh_noise(response, point)
-    return replace(point, converged=(converged or accepted < steps) and order is None)
+    return replace(point, converged=(converged or stuck) and order is None)
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:

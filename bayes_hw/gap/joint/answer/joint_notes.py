@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.notes import CUT_SHORT
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import TURNS_SEEN
@@ -31,6 +32,8 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
             "a longer delay or a further mode is part of such a G and cannot be a gap",
         ]
+    if found.cut_short:
+        said.append(CUT_SHORT)
     if found.tone is not None:
         said.append(
             f"a motion of {found.tone.frequency_hz:.4g} Hz in time, of amplitude {found.tone.amplitude:.2g} "

@@ -78,10 +78,10 @@ def _closest(starts: Mapping[str, Sequence[GivenFit]]) -> list[tuple[str, GivenF
     for kind, t in sorted(begun, key=lambda one: one[1].point.rms):
         if len(kept) < CLOSEST_KEPT and sum(kind == other for other, _ in kept) < CLOSEST_OF_A_KIND:
             kept.append((kind, t))
-    return [(kind, _kicked(as_given(t.descended_under(0, FULL_STEPS)))) for kind, t in kept]
+    return [(kind, kicked(as_given(t.descended_under(0, FULL_STEPS)))) for kind, t in kept]
 
 
-def _kicked(fit: GivenFit) -> GivenFit:
+def kicked(fit: GivenFit) -> GivenFit:
     """The last law's sizes made larger and smaller, descended again under white noise, while less is left:
     where a law is now reached and now not, descents end short of the least."""
     response = fit.response

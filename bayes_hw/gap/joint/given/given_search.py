@@ -32,28 +32,31 @@ from bayes_hw.gap.joint.given.given_moves import (
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
-from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
+from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
+    HALFWAY,
     MOST_EFFECTS,
+    SEARCHED,
     STEPS_OF_A_PERIOD,
-    VERIFIED_BESIDE_NATS,
-    VERIFIED_NATS,
     JointAnswer,
     finer,
     silent,
 )
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
+from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
 BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
 LARGEST = 1e9
@@ -64,33 +67,40 @@ RIVALS, EXCHANGES = 4, 2
 LEADING = 3
 """Explanations beside wind or a walk that are tried without it: they may explain what was slow."""
 
-LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
-"""Standard deviation of a slow error over that of the readings' noise to be named alone, beside a label."""
+OF_RIVALS = 0.6
+"""Of the time left after verification, that looking for rivals may take."""
 
 
 def search_given(
     records: Sequence[Record], model: HammersteinWiener, say: Callable[[str], None] | None = None
 ) -> JointAnswer:
-    """Base, effects one after the other, pruned and verified, then other labels in place of the strongest;
-    raises InputError where G has no ports."""
+    """Base, effects one after the other, pruned and verified, then other labels in place of the strongest.
+
+    Looking further and rivals have shares of the time that a block around leaves (`at_most`), so that what
+    was found by then is verified. Raises InputError where G has no ports.
+    """
     told = say or silent
     base, readings = base_and_readings(records, model)
     told(f"without effects: {described(base)}")
-    trail = _extended(base, readings, told)
+    with at_most(SEARCHED * seconds_left()):
+        trail = _extended(base, readings, told)
+        cut_short = time_is_up()
     base, fit, readings = read_again(trail.base, trail.fit, trail.readings, reweighted)
-    asked = VERIFIED_BESIDE_NATS if readings.nats else VERIFIED_NATS
-    fit, nats = _verified(fit, base, asked, told)
-    ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
+    fit, nats = verified(fit, base, readings, told)
+    with at_most(OF_RIVALS * seconds_left()):
+        ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
+        cut_short = cut_short or time_is_up()
     rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
     best = max(ends, key=lambda label: ends[label].score, default=None)
     if best is not None and ends[best].score > fit.score:
         fit = ends[best]
         told(f"in its place: {described(fit)}")
         if fit.response.records is base.response.records:
-            fit, nats = _verified(fit, base, asked, told)
+            fit, nats = verified(fit, base, readings, told)
         else:
             nats = {**{label: n for label, n in nats.items() if label in fit.labels}, OTHER: rivals[OTHER]}
-    return JointAnswer(fit, base, nats, rivals, readings, remainder_of(fit), ends=ends if nats else {})
+    left, ends = remainder_of(fit), ends if nats else {}
+    return JointAnswer(fit, base, nats, rivals, readings, left, ends=ends, cut_short=cut_short)
 
 
 def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
@@ -195,16 +205,15 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     noise alone explains as much. Where it alone explains little of what they do, it is only added to them.
     """
     slow = slow_causes(base)
-    trail = _followed(base, readings, say, causes=False)
+    trail = _followed(base, readings, say, slow)
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
     more = trail.fit.noise_order > 1 or trail.fit.score < alone
-    if slow and more and not is_shape(base, trail.fit):
+    if slow and more and trail.base is trail.whole and not is_shape(base, trail.fit):
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
-            asked = VERIFIED_BESIDE_NATS if beside.noise_order > 1 else VERIFIED_NATS
-            if beside.score > trail.fit.score + asked:
+            if beside.score > trail.fit.score + asked_of(beside, trail.readings):
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")
@@ -220,41 +229,68 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
 
 
 def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
-    """The best explanations with one label more, or with other ports and forms of those present.
-
-    The label found first may stand in for two, or have gone where a second one should be: where it leaves
-    noise of higher order, one more is sought beside each of `others` too. Where one of all these leaves noise
-    that is white or of the first order, no law is begun that looks at the states of G: there is nothing
-    more to be found.
-    """
-    trials: list[GivenFit] = [as_given(as_given(t).descended()) for t in port_candidates(begun)]
+    """The best explanations with one label more, or with other ports and forms of those present where these
+    were not tried already (`settled`)."""
+    trials: list[GivenFit] = []
+    if begun.noise_order <= 1:
+        trials += [as_given(as_given(t).descended()) for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
-        found = [as_given(t) for t in effect_candidates(begun, FORMS)]
-        found += [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)]
-        found += with_further_forms(found) + with_signals(found)
-        found += further_modes(begun) + later(begun) + begun_under_white_noise(begun)
-        if something_is_left(begun, []):
-            found += beside_each(others)
-        if something_is_left(begun, found):
-            found += every_law(begun)
-        found += other_laws(best_of(found)) if found else []
-        trials += found
+        trials += _one_more(begun, others)
     if begun.response.cause is not None and trials:
         trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
     return trials
 
 
-def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], causes: bool = True) -> _Trail:
-    """One label after the other while the score improves; without `causes` the noise has none."""
+def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
+    """The best explanations with one label more, as far as there is time.
+
+    The label found first may stand in for two, or have gone where a second one should be: where it leaves
+    noise of higher order, one more is sought beside each of `others` too. Where one of all these leaves noise
+    that is white or of the first order, no law is begun that looks at the states of G: there is nothing
+    more to be found. Nor beside a label where none of them gains what a start must.
+    """
+    found = [as_given(t) for t in effect_candidates(begun, FORMS)]
+    moves: tuple[Callable[[], list[GivenFit]], ...] = (
+        lambda: [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)],
+        lambda: with_further_forms(found) + with_signals(found),
+        lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
+        lambda: beside_each(others) if something_is_left(begun, []) else [],
+        lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
+        lambda: other_laws(best_of(found)) if found else [],
+    )
+    for move in moves:
+        if not time_is_up():
+            found += move()
+    return found
+
+
+def _one_pays(found: Sequence[GivenFit], begun: GivenFit) -> bool:
+    """Whether a label more gains so much that a law of its own may come to what verification asks."""
+    return not begun.labels or any(
+        t.score >= begun.score + HALFWAY * VERIFIED_NATS for t in found if len(t.labels) > len(begun.labels)
+    )
+
+
+def _followed(
+    base: GivenFit,
+    readings: Readings,
+    say: Callable[[str], None],
+    instead: Sequence[GivenFit] | None = None,
+) -> _Trail:
+    """One label after the other while the score improves. Noise has a cause beside them, unless causes that
+    the base may have `instead` of any effect are given: then only where one explains more than the first
+    label clear of the dead zone. All begins again there where that is so, or where noise of a cause is best.
+    """
     whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
+    causes = instead is None
     steps = 0
-    while steps < MOST_STEPS:
+    while steps < MOST_STEPS and not time_is_up():
         steps += 1
         slow = slow_causes(fit) if causes else []
-        begun = best_of([fit, *slow])
-        others = second_to(begun, alone) if len(set(fit.labels)) == 1 else []
-        trials = [*_trials(begun, others), *slow, *carried]
+        start = best_of([fit, *slow])
+        others = second_to(start, base, alone) if len(set(fit.labels)) == 1 else []
+        trials = [*_trials(start, others), *slow, *carried]
         carried = []
         if not trials:
             break
@@ -263,24 +299,27 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = with_base_anew(explained_slowly(as_given(finer(best_of(trials)))))
+        best = settled(with_base_anew(explained_slowly(as_given(finer(best_of(trials))))))
         if fit is base and is_shape(base, best_of([base, best])):
             fit = best_of([base, best])
             say("a function of position explains far more")
             break
-        doubtful = _is_doubtful(best, fit)
+        doubtful = is_doubtful(best, fit, readings)
         if best.score <= fit.score or (doubtful and fit.labels):
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
-        if best.response.cause is not None and base is whole and not _is_too_small(best):
+        clear = None
+        if base is whole and best.response.cause is not None and not is_too_small(best):
             clear = away_from_zero(best, base)
-            if clear is not None:
-                say("what a slow error may shift into the dead zone is left out")
-                carried = [on_records(best, clear.response.records)]
-                fit = base = clear
-                steps = 0
-                continue
-        finished = doubtful or best is begun
+        elif base is whole and fit is base and instead and best.noise_order > 1:
+            clear = slow_clear_of_zone(best, base, instead)
+        if clear is not None:
+            say("what a slow error may shift into the dead zone is left out")
+            carried = [] if best.response.cause is None else [on_records(best, clear.response.records)]
+            base = fit = clear
+            rivals, alone, causes, steps = {}, {}, True, 0
+            continue
+        finished = doubtful or best is start
         fit = best
         if not readings.nats:
             faults = read_faults(fit)
@@ -290,14 +329,6 @@ def _followed(base: GivenFit, readings: Readings, say: Callable[[str], None], ca
         if finished:
             break
     return _Trail(fit, base, whole, readings, rivals, alone)
-
-
-def _is_doubtful(best: GivenFit, fit: GivenFit) -> bool:
-    """Whether one label more is worth too little to be verified, more so where the noise it leaves is of
-    higher order. Beside such a first one nothing further is looked for."""
-    more = len(best.labels) > len(fit.labels)
-    asked = VERIFIED_BESIDE_NATS if best.noise_order > 1 else VERIFIED_NATS
-    return more and best.score < fit.score + asked
 
 
 def _under(
@@ -348,42 +379,20 @@ def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
     return None if clear is None else on_records(base, clear)
 
 
+def slow_clear_of_zone(fit: GivenFit, base: GivenFit, slow: Sequence[GivenFit]) -> GivenFit | None:
+    """The base clear of the dead zone where one of the causes that are `slow` explains more than `fit` does:
+    on all samples the steps of a slow error at the zone's edges may be explained by an effect."""
+    clear = away_from_zero(best_of(slow), base)
+    if clear is None:
+        return None
+    caused = slow_causes(clear)
+    lead = max((one.score for one in caused), default=-np.inf) - on_records(fit, clear.response.records).score
+    return clear if lead > 0 else None
+
+
 def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
     """The best few, each of other labels."""
     found: dict[tuple[str, ...], GivenFit] = {}
     for fit in sorted(fits, key=lambda fit: -fit.score):
         found.setdefault(fit.labels, fit)
     return list(found.values())[:LEADING]
-
-
-def _verified(
-    fit: GivenFit, base: GivenFit, asked: float, say: Callable[[str], None]
-) -> tuple[GivenFit, dict[str, float]]:
-    """Labels that are still worth `asked` nats when each is dropped and the rest fitted again; as many as
-    beside faulty readings where the noise that is left is of higher order."""
-    while fit.labels:
-        nats, rest = {}, {}
-        for label in fit.labels:
-            without = as_given(fit.without(label).descended())
-            if len(fit.labels) == 1:
-                without = best_of([without, base])
-            nats[label], rest[label] = fit.score - without.score, without
-        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
-        if _is_too_small(fit):
-            weakest = fit.added[-1]
-        else:
-            weakest = min(nats, key=lambda label: nats[label])
-            if nats[weakest] >= (VERIFIED_BESIDE_NATS if fit.noise_order > 1 else asked):
-                return fit, nats
-        fit = rest[weakest]
-    return fit, {}
-
-
-def _is_too_small(fit: GivenFit) -> bool:
-    """Whether the noise has a cause too small to be told from what forms of the other labels leave."""
-    whitener = fit.point.whitener
-    if not isinstance(whitener, SlowWhitener):
-        return False
-    innovation = float(np.sqrt(fit.point.sum_of_squares / fit.point.samples))
-    least = LEAST_BESIDE if len(fit.labels) > 1 else LEAST_SLOW
-    return whitener.slow_share(fit.point.rms, innovation) < least

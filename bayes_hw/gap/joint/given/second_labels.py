@@ -9,8 +9,9 @@ from bayes_hw.gap.joint.given.given_moves import as_given, explained_slowly, wit
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import SLOW, seen_alike
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.joint_search import CONTEST_SHARE
 
-SECONDS, SECONDS_FINISHED = 6, 2
+SECONDS, SECONDS_FINISHED = 3, 2
 """Labels beside which one more is sought though another explains more alone; of all these pairs, those that
 go on to their ends."""
 
@@ -23,9 +24,13 @@ def beside_each(others: Sequence[GivenFit]) -> list[GivenFit]:
     return found + [explained_slowly(t) for t in leading + with_signals(leading)]
 
 
-def second_to(fit: GivenFit, alone: Mapping[str, GivenFit]) -> list[GivenFit]:
-    """Of what labels alone reached, the best few that are not of the fit's label or of slow noise."""
+def second_to(fit: GivenFit, base: GivenFit, alone: Mapping[str, GivenFit]) -> list[GivenFit]:
+    """Of what labels alone reached, the best few that are not of the fit's label or of slow noise, and that
+    earn a share of what the fit's does: what makes up half of a pair explains some of the records alone."""
+    least = CONTEST_SHARE * (fit.score - base.score)
     found = [
-        one for label, one in alone.items() if label not in (*fit.labels, *SLOW) and seen_alike(one, fit)
+        one
+        for label, one in alone.items()
+        if label not in (*fit.labels, *SLOW) and seen_alike(one, fit) and one.score - base.score >= least
     ]
     return sorted(found, key=lambda one: -one.score)[:SECONDS]

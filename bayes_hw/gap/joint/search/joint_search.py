@@ -16,7 +16,6 @@ from bayes_hw.gap.joint.fit.structure_moves import (
     delayed,
     larger_cascades,
     pruned,
-    regrown,
 )
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.jumps import jumps
@@ -35,17 +34,11 @@ from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
-
-VERIFIED_NATS = 25.0
-"""That a label must be worth when it is dropped and G grown again."""
-
-VERIFIED_BESIDE_NATS = 80.0
-"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains. Also of every label where the noise has a cause and an effect
-stands beside it: forms follow slow noise a little."""
+from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -67,6 +60,8 @@ STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
 MOST_EFFECTS, MOST_STEPS = 3, 10
+SEARCHED = 0.6
+"""Of the time left, that looking further may take: the rest is for verification."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +71,7 @@ class JointAnswer:
     in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
     frequency in time that was taken out of the records of both. Fits are to samples that are `clear_of_zone`
-    where a slow error asks for that."""
+    where a slow error asks for that. A search that was `cut_short` had no time left to look further."""
 
     fit: JointFit
     base: JointFit
@@ -88,6 +83,7 @@ class JointAnswer:
     tone: Tone | None = None
     ends: Mapping[str, JointFit] = field(default_factory=dict)
     clear_of_zone: bool = False
+    cut_short: bool = False
 
     @property
     def followed(self) -> tuple[str, ...]:
@@ -102,9 +98,12 @@ class JointAnswer:
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step. Where noise of a cause is found, or colour that is
-    not of a law's own motion, all begins again on the samples that lie clear of the dead zone."""
-    told = say or silent
+    not of a law's own motion, all begins again on the samples that lie clear of the dead zone, if there is as
+    much time for that as it took before."""
+    told, at_first = say or silent, seconds_left()
     found = _searched(records, records, told)
+    if seconds_left() < 0.5 * at_first:
+        return found
     laws = any(effect.ports is not None for effect in found.fit.response.template)
     unnamed = not laws and leaves_a_cause(found.fit)
     if found.fit.response.cause is None and not unnamed:
@@ -146,7 +145,9 @@ def _explained(
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
-    ended = each(lambda path: _followed(path, told), contenders)
+    with at_most(SEARCHED * seconds_left()):
+        ended = each(lambda path: _followed(path, told), contenders)
+        cut_short = time_is_up()
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
@@ -174,7 +175,7 @@ def _explained(
         rivals |= {label: end.gained for label, end in ends.items()}
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
-    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits)
+    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits, cut_short=cut_short)
 
 
 def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
@@ -342,6 +343,8 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
     """More effects, ports and poles as long as they pay; then what does not is taken out. At the end laws may
     act within the sample even where the noise is white: a rival whose noise was not may have done so."""
     for _ in range(1, MOST_STEPS):
+        if time_is_up():
+            break
         fit = path.fit
         best = fit if path.settled else corrected(_structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
@@ -360,41 +363,3 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
     )
     return FollowedPath(fit, base, readings)
-
-
-def asked_of(fit: JointFit, readings: Readings) -> float:
-    """Nats that a label of this fit must be worth."""
-    beside = bool(fit.added) and len(fit.labels) > 1
-    doubtful = readings.nats or fit.noise_order > 1 or beside
-    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
-
-
-def verified(
-    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
-) -> tuple[JointFit, dict[str, float]]:
-    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
-
-    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
-    label without which the noise has a cause that nothing names is held against that cause, not against
-    nothing: it stays where it is likelier.
-    """
-    while fit.labels:
-        nats: dict[str, float] = {}
-        alternatives = []
-        weights = fit.response.weights
-        for label, without in zip(
-            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
-        ):
-            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
-            alternatives.append(highest([without, *same]))
-            nats[label] = fit.score - alternatives[-1].score
-        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
-        weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        asked = asked_of(fit, readings)
-        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
-            asked = 0.0
-        if nats[fit.labels[weakest]] >= asked:
-            return fit, nats
-        fit = alternatives[weakest]
-    # What is left of an observer without laws is coloured noise, which is free as it is.
-    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}

@@ -81,7 +81,7 @@ def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch)
     weak = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
     monkeypatch.setattr(given_search, "_extended", lambda *_: trail)
-    monkeypatch.setattr(given_search, "_verified", lambda *_: (weak, {"gain_asymmetry": 30.0}))
+    monkeypatch.setattr(given_search, "verified", lambda *_: (weak, {"gain_asymmetry": 30.0}))
     found = search_given(base.response.records, model())
     assert set(found.nats) == {"other"}
     assert set(found.ends) == {"gain_asymmetry", "other"}

@@ -38,6 +38,7 @@ from bayes_hw.gap.joint.given.given_moves import (
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
+from bayes_hw.gap.joint.given.given_verification import verified
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
@@ -202,8 +203,8 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest
     asked: list[bool] = []
     plain: list[GivenFit] = []
 
-    def followed(*args: object, causes: bool = True) -> object:
-        del args
+    def followed(*args: object) -> object:
+        causes = len(args) == 3
         asked.append(causes)
         return given_search._Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
 
@@ -345,7 +346,7 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
         records = [replace(r, y=r.y + 2 * memory * e) for r, e in zip(records, slow, strict=True)]
         base = best_base(records, model())
         fit = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
-        nats = given_search._verified(fit, base, 25.0, lambda _: None)[1]
+        nats = verified(fit, base, read_faults(base), lambda _: None)[1]
         kept[fit.noise_order > 1] = fit.score - base.score, nats
     assert all(25 < worth < 80 for worth, _ in kept.values())
     assert kept[False][1]
