@@ -26,6 +26,7 @@ from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
+from bayes_hw.gap.joint.answer.encoder_noise import encoder_sigma, noise_doubt
 from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, rivals_of
@@ -34,30 +35,23 @@ from bayes_hw.gap.joint.finding import sentence
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.fit.structure_moves import widened
-from bayes_hw.gap.joint.given.free_shape import ShapedFit
-from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import search_given
 from bayes_hw.gap.joint.given.rounded_readings import readings_of
-from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.posterior.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
 from bayes_hw.gap.joint.posterior.joint_closure import (
-    DOUBT,
     DRIFT,
     ESTIMATED,
-    MIMICKED,
-    PLAIN_DOUBT,
     Floor,
     closure_of,
     of_axis,
     rms,
     spread,
-    walks,
     without_glitches,
 )
 from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
 from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections, sections_of_modes
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
@@ -173,58 +167,38 @@ def diagnose_records(
             with at_most(within_s):
                 found = search(records, progress.say)
             decision = decide_jointly(found)
-        else:
-            with at_most(within_s):
-                found = search_given(records, model, progress.say)
-            decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
-        unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
-        fit = found.base if unnamed and not isinstance(found.fit, ShapedFit) else found.fit
-        poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
-        if isinstance(fit, GivenFit):
-            inflation = OF_ROUNDED if poorly - {OTHER} else GIVEN_INFLATION
-            posterior = laplace_given(fit, records[0].units, rng, inflation)
-        else:
+            fit = explaining(found, decision)
             wider = widened(fit)
             if samples > MOST_SAMPLES:
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
             sections = sections_of_modes(fit, dominant_sections(fit), wider)
-            inflation = OF_ROUNDED if poorly or fit.observer is not None else INFLATION
+            poorly = poorly_described(decision) or OTHER in decision.answer or fit.observer is not None
+            inflation = OF_ROUNDED if poorly else INFLATION
             posterior = laplace(wider, records[0].units, rng, inflation, sections)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
+        else:
+            with at_most(within_s):
+                found = search_given(records, model, progress.say)
+            decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
+            inflation = OF_ROUNDED if poorly_described(decision) else GIVEN_INFLATION
+            posterior = laplace_given(as_given(explaining(found, decision)), records[0].units, rng, inflation)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive, start,
         )  # fmt: skip
 
 
-def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) -> float:
-    """Standard deviation of the encoder's noise, output units, as far as the fit tells: noise of higher order
-    than one is of the motion, but for what is not of its cause."""
-    answer = set(decision.answer)
-    moves = (
-        found.remainder.order > 1
-        or "wind" in answer
-        or (OTHER in answer and OTHER not in fit.labels)
-        or walks(fit, decision.answer)
-    )
-    sigma, whitener = innovation_sigma(fit) if moves else fit.point.rms, fit.point.whitener
-    if moves and isinstance(whitener, SlowWhitener):
-        sigma = whitener.of_readings(sigma)
-    readings = found.readings
-    if "encoder_quantization" in answer and readings.step is not None and not readings.taken_off:
-        sigma = max(float(np.sqrt(max(sigma**2 - readings.step**2 / 12, 0.0))), 0.15 * readings.step)
-    return sigma
+def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
+    """The fit that an answer rests on: that of the search, without its effects where the answer is `other`
+    and nothing in it stands for what has no name."""
+    unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
+    return found.base if unnamed and found.fit.without_name is None else found.fit
 
 
-def noise_doubt(found: JointAnswer, decision: JointDecision) -> float:
-    """How far `encoder_sigma` may be off, a share of it: rounding hides noise, unseen motion mimics it, and
-    innovations of motion that is followed have a part of it."""
-    answer = set(decision.answer)
-    if "encoder_quantization" in answer:
-        return 0.4
-    followed = found.fit.observer is not None
-    return DOUBT if followed or found.remainder.order > 1 or answer & set(MIMICKED) else PLAIN_DOUBT
+def poorly_described(decision: JointDecision) -> bool:
+    """Whether the noise of the answer is less than well described by a normal one."""
+    return bool(set(decision.answer) & {"encoder_quantization", "timing_jitter"})
 
 
 def _finished(

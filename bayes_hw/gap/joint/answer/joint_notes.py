@@ -7,8 +7,6 @@ from bayes_hw.gap.answer.notes import CUT_SHORT
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import TURNS_SEEN
-from bayes_hw.gap.joint.given.free_shape import ShapedFit
-from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.observer import unobserved
@@ -21,17 +19,7 @@ SHAPES = ("reading over position", "torque over position")
 def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     """How torques enter, what every label is worth, what has no name, which rivals are as good."""
     fit = found.fit
-    if isinstance(fit, GivenFit):
-        said = [
-            "no drive train was read back from the model's G: torques and speeds of the effects enter "
-            "through its poles, at weights of their own"
-        ]
-    else:
-        said = [
-            "no model was given: the structure of G, effects and noise were inferred together from the "
-            f"records, G with {fit.structure.order} poles and {fit.structure.delay_samples} samples of delay",
-            "a longer delay or a further mode is part of such a G and cannot be a gap",
-        ]
+    said = fit.said_of_g()
     if found.cut_short:
         said.append(CUT_SHORT)
     if found.tone is not None:
@@ -46,23 +34,17 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
             "what a slow error of the axis may shift into the dead zone, where it does not show, was left "
             "out of the fit"
         )
-    again = "the rest fitted again" if isinstance(fit, GivenFit) else "G regrown"
     said += [
-        f"without {label}: {log_evidence(-found.nats[label])}, {again}"
+        f"without {label}: {log_evidence(-found.nats[label])}, {fit.dropped_then}"
         for label in fit.labels
         if label in found.nats and label in decision.answer
     ]
     if OTHER in decision.answer:
         said += of_unnamed(fit)
-        if isinstance(fit, ShapedFit):
-            kind = (
-                "an encoder whose disc slides on its shaft where that accelerates hard"
-                if fit.slides
-                else "an error of the reading that is a function of position"
-            )
+        if fit.without_name is not None:
             said.append(
-                f"what has no name is most like {kind}; its size is that of what is left, and no part of the "
-                "prediction"
+                f"what has no name is most like {fit.without_name}; its size is that of what is left, and "
+                "no part of the prediction"
             )
     return said + [
         f"{rival} explains these records about as well as {named}" for named, rival in decision.confusable

@@ -96,6 +96,25 @@ class JointFit:
         return () if self.response.cause is None else (self.response.cause.cause,)
 
     @property
+    def without_name(self) -> str | None:
+        """What a fit that explains readings by something without a name has in it; None for any other."""
+        return None
+
+    @property
+    def dropped_then(self) -> str:
+        """What is done when a label is dropped to see what it is worth."""
+        return "G regrown"
+
+    def said_of_g(self) -> list[str]:
+        """Where G is from, and so what can be no gap of it."""
+        order, delay = self.structure.order, self.structure.delay_samples
+        return [
+            "no model was given: the structure of G, effects and noise were inferred together from the "
+            f"records, G with {order} poles and {delay} samples of delay",
+            "a longer delay or a further mode is part of such a G and cannot be a gap",
+        ]
+
+    @property
     def known_count(self) -> int:
         """How many of the effects are known inputs, an observer counted; they come first."""
         return sum(bool(effect.form.column) for effect in self.response.template)
@@ -192,12 +211,17 @@ class JointFit:
         """With noise of a cause, or with a free autoregression again; not descended."""
         return self.under(replace(self.response, cause=cause))
 
+    @property
+    def slow(self) -> SlowWhitener | None:
+        """The noise of a cause as it was fitted, where it has one."""
+        return self.point.whitener if isinstance(self.point.whitener, SlowWhitener) else None
+
     def with_noise_kept(self) -> Self:
         """The noise of the cause begun where it is now, however its effects change."""
-        cause, whitener = self.response.cause, self.point.whitener
-        if cause is None or not isinstance(whitener, SlowWhitener):
+        cause = self.response.cause
+        if cause is None or self.slow is None:
             return self
-        return replace(self, response=replace(self.response, cause=replace(cause, begun=whitener)))
+        return replace(self, response=replace(self.response, cause=replace(cause, begun=self.slow)))
 
     def without(self, label: str) -> JointFit:
         """One label fewer, not descended."""

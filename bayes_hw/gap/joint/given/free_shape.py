@@ -45,6 +45,12 @@ class ShapedFit(GivenFit):
     slides: bool = False
     hats: tuple[FloatArray, ...] = ()
 
+    @property
+    def without_name(self) -> str | None:
+        if self.slides:
+            return "an encoder whose disc slides on its shaft where that accelerates hard"
+        return "an error of the reading that is a function of position"
+
     def factor(self) -> FloatArray:
         """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual, less what the
         function explains of them, and the prior."""

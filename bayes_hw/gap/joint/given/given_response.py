@@ -150,6 +150,16 @@ class GivenFit(JointFit):
         """Labels of what is added to G itself and of the noise's cause."""
         return (DELAY,) * self.response.part + (MODE,) * self.response.further + super().added
 
+    @property
+    def dropped_then(self) -> str:
+        return "the rest fitted again"
+
+    def said_of_g(self) -> list[str]:
+        return [
+            "no drive train was read back from the model's G: torques and speeds of the effects enter "
+            "through its poles, at weights of their own"
+        ]
+
     def at(
         self, theta: FloatArray, part: bool, further: bool, extra_delay: int, effects: tuple[Effect, ...]
     ) -> GivenFit:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from bayes_hw.gap.joint.given.given_moves import as_given, best_of
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.settled import settled
-from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.search.verification import asked_of
 from bayes_hw.phrases import log_evidence
@@ -48,9 +47,8 @@ def is_doubtful(best: GivenFit, fit: GivenFit, readings: Readings) -> bool:
 
 def is_too_small(fit: GivenFit) -> bool:
     """Whether the noise has a cause too small to be told from what forms of the other labels leave."""
-    whitener = fit.point.whitener
-    if not isinstance(whitener, SlowWhitener):
+    if fit.slow is None:
         return False
     innovation = (fit.point.sum_of_squares / fit.point.samples) ** 0.5
     least = LEAST_BESIDE if len(fit.labels) > 1 else LEAST_SLOW
-    return whitener.slow_share(fit.point.rms, innovation) < least
+    return fit.slow.slow_share(fit.point.rms, innovation) < least

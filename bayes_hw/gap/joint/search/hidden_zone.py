@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowWhitener
+from bayes_hw.gap.joint.noise.slow_noise import WIND
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.search.effect_moves import each_cause
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
@@ -66,8 +66,8 @@ def deep_inside(fit: JointFit, records: Sequence[Record]) -> list[BoolArray]:
 def nats_inside(fit: JointFit, records: Sequence[Record], inside: Sequence[BoolArray]) -> float:
     """Log-likelihood of what `records` show `inside` the zone, given what lies clear of it, under the cause
     of the noise of a fit to the latter."""
-    point, whitener, cause = fit.point, fit.point.whitener, fit.response.cause
-    if not isinstance(whitener, SlowWhitener) or cause is None or not any(mask.any() for mask in inside):
+    point, whitener, cause = fit.point, fit.slow, fit.response.cause
+    if whitener is None or cause is None or not any(mask.any() for mask in inside):
         return 0.0
     clear = [r.measured_samples for r in fit.response.records]
     both = [a | b for a, b in zip(clear, inside, strict=True)]
