@@ -25,6 +25,7 @@ from bayes_hw.identify.growth.delay import (
 )
 from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.second_integrators import with_one_integrator
 from bayes_hw.identify.growth.slow_poles import with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     OrderCandidate,
@@ -119,7 +120,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         tried.append(released)
         best = released
     best, evidence, rms_without = _drop_blocks(best)
-    best = _that_simulates(best, resumed)
+    best = with_one_integrator(_that_simulates(best, resumed))
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:

@@ -22,6 +22,7 @@ from bayes_hw.identify.growth.extension import with_separate_pole, without_secti
 from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
 from bayes_hw.identify.growth.score_test import Residual
 from bayes_hw.identify.growth.search import Grown, halved
+from bayes_hw.identify.growth.second_integrators import stands_in
 from bayes_hw.identify.structure_choice import chosen
 
 SLOW_POLES = 2
@@ -48,8 +49,11 @@ def slow_time_constants(item: Grown) -> tuple[float, float]:
 
 
 def slow_poles(item: Grown) -> int:
-    """How many poles of G besides the integrator are slow, whatever their damping."""
+    """How many poles of G are slow, whatever their damping, besides the integrator and what stands in for
+    it."""
+    longest = max(len(record) for record in item.response.records)
     poles = poles_of(item.values, integrator=False)
+    poles = poles[(poles.imag != 0) | ~stands_in(poles.real, longest)]
     shortest, _ = slow_time_constants(item)
     modulus = np.clip(np.abs(poles), 1e-12, 1.0)
     continuous = np.hypot(np.log(modulus), np.angle(poles))
