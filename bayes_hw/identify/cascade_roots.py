@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import ComplexArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.model.linear import LinearBlock, polynomial_roots
+from bayes_hw.model.block_of_fractions import block_of_fractions
+from bayes_hw.model.linear import LinearBlock
 
 
 def poles_of(values: CascadeValues, integrator: bool) -> ComplexArray:
@@ -46,28 +47,12 @@ def with_poles(structure: Structure, poles: ComplexArray) -> CascadeValues:
 
 
 def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
-    """G as poles, zeros, gain and delay: the numerator is the partial fractions on one denominator.
-
-    Zeros further than FAR_ZERO from the origin come from leading coefficients that are rounding error or of
-    no effect; they are folded into more delay and the gain at z = 1.
-    """
-    poles = poles_of(values, structure.integrator)
-    factors: list[tuple[FloatArray, FloatArray]] = []
+    """G as poles, zeros, gain and delay."""
+    real = values.real
     if structure.integrator:
-        factors.append((np.array([values.integrator_residue]), np.array([1.0, -1.0])))
-    factors += [(np.array([r]), np.array([1.0, -p])) for p, r in values.real.T]
-    factors += [(np.array([b1, b2]), np.array([1.0, -a1, a2])) for a1, a2, b1, b2 in values.sections.T]
-    numerator = np.zeros(len(poles))
-    for i, (top, _) in enumerate(factors):
-        product = top
-        for j, (_, bottom) in enumerate(factors):
-            if j != i:
-                product = np.convolve(product, bottom)
-        numerator[len(numerator) - len(product) :] += product
-    lead = int(np.argmax(np.abs(numerator) > 1e-12 * np.abs(numerator).max()))
-    return LinearBlock(
-        polynomial_roots(numerator[lead:]), poles, float(numerator[lead]), structure.delay_samples
-    )
+        real = np.concatenate([[[1.0], [values.integrator_residue]], real], axis=1)
+    poles = poles_of(values, structure.integrator)
+    return block_of_fractions(real, values.sections, 0.0, poles, structure.delay_samples)
 
 
 def section_poles(a1: float, a2: float) -> ComplexArray:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.model.linear import LinearBlock, polynomial_roots
+from bayes_hw.model.block_of_fractions import block_of_fractions
+from bayes_hw.model.linear import LinearBlock
 from bayes_hw.model.modal import LinearBatch, ResidueBatch
 
 NEGLIGIBLE = 1e-10
-"""Leading numerator coefficients this small beside the largest are rounding errors."""
+"""Residues this small beside the largest are rounding errors."""
 
 
 def nested_weights(poles: FloatArray, residues: FloatArray) -> FloatArray:
@@ -44,12 +45,11 @@ def residues_at(
 
 
 def block_of_residues(batch: ResidueBatch, poles: ComplexArray, delay_samples: int) -> LinearBlock:
-    """The block of one column of residues: its numerator is sum_i r_i prod_{j != i} (z - p_j)."""
-    pairs = batch.pair_residues[:, 0]
-    residues = np.concatenate([batch.real_residues[:, 0].astype(np.complex128), pairs, pairs.conj()])
-    numerator = batch.direct[0] * np.real(np.poly(poles))
-    for i, residue in enumerate(residues):
-        numerator[1:] += np.real(residue * np.poly(np.delete(poles, i)))
-    first = int(np.argmax(np.abs(numerator) > NEGLIGIBLE * np.max(np.abs(numerator))))
-    kept = numerator[first:]
-    return LinearBlock(polynomial_roots(kept), poles, float(kept[0]), delay_samples)
+    """The block of one column of residues: those of real poles, then of pairs, in the order of `poles`, which
+    the conjugates end."""
+    residues, count = batch.pair_residues[:, 0], len(batch.real_residues)
+    real = np.stack([poles[:count].real, batch.real_residues[:, 0]])
+    pairs = poles[count : count + len(residues)]
+    over = np.stack([residues.real, -np.real(residues * pairs.conj())])
+    sections = 2 * np.stack([pairs.real, np.abs(pairs) ** 2 / 2, *over])
+    return block_of_fractions(real, sections, float(batch.direct[0]), poles, delay_samples)
