@@ -5,6 +5,9 @@ from __future__ import annotations
 import functools
 import re
 import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bayes_hw.errors import InputError
@@ -133,9 +136,24 @@ def mixed(output: str, command: str) -> str | None:
     )
 
 
+@contextmanager
+def _without(*modules: str) -> Iterator[None]:
+    """Those of some modules that are not loaded are not found by an import that takes all it finds: pint has
+    dask, babel and SciPy loaded where they are installed, in half a second, for uses that are none here."""
+    held: dict[str, Any] = sys.modules
+    absent = [module for module in modules if module not in held]
+    held.update(dict.fromkeys(absent))
+    try:
+        yield
+    finally:
+        for module in absent:
+            del held[module]
+
+
 @functools.cache
 def _registry() -> pint.UnitRegistry[Any]:
-    import pint
+    with _without("dask", "babel", "scipy"):
+        import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=None)
     registry.define("hourangle = 15 * degree = hms")
