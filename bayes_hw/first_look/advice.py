@@ -93,6 +93,12 @@ def advice(look: Look) -> Advice:
             f"{units.output} (94 %), in {reversals} reversals."
         )
     shows += [_ripple(ripple, units.output, look.turn) for ripple in repeated.ripples]
+    shows += [
+        f"What the angle owes to {column.name}: {percent(column.share)} of the error follows it, coherence "
+        f"up to {column.coherence.max():.2f} at {column.strongest_hz:.2g} Hz."
+        for column in look.known
+        if column.follows
+    ]
     band = coherent_band(response)
     if band is None:
         cannot.append(
