@@ -208,6 +208,7 @@ def test_a_header_in_a_comment(tmp_path: Path, mark: str) -> None:
     (("time", "u [deg/sec]", "y [degrees]"), 1, 1),
     (("time", "u [arcsec/s]", "y [″]"), 3600, 3600),
     (("time", "u [deg s^-1]", "y [hourangle]"), 1, 1 / 15),
+    (("time", "u [arcsec/s]", "y [h]"), 3600, 1 / 15),
     (("time", "u / (deg/s)", "y / arcsec"), 1, 3600),
     (("time", "u [deg/s]", "y [0.01 deg]"), 1, 100),
 ])  # fmt: skip
