@@ -200,7 +200,7 @@ def _slow_motion(records: Sequence[Record]) -> str:
     found = following(longest.u, longest.y, longest.sample_rate_hz)
     if expected is None or found is None or not found.is_clear:
         return ""
-    return f": slow motion is {found.gain / expected:.2g} times as fast as the command says"
+    return f": slow motion has {percent(found.gain / expected)} of the speed commanded"
 
 
 def _ripple(ripple: Ripple, unit: str, turn: float | None) -> str:
