@@ -5,6 +5,9 @@ from __future__ import annotations
 import functools
 import re
 import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from bayes_hw.errors import InputError
@@ -49,6 +52,7 @@ KNOWN_WORDS = (
 _STEP = re.compile(
     r"\s*([0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?)(?:\s*/\s*([0-9]+\.?[0-9]*))?\s*\*?\s*([^0-9\s].*)"
 )
+_HOURS = re.compile(r"^\(?(?:h|hrs?|hours?)\)?(?=/|$)", re.IGNORECASE)
 _SAFE = re.compile(r"[A-Za-zµμ°º″′%\"' ./*^()·²³⁻¹-]*[0-9]?[A-Za-zµμ°º″′ ./*^()·⁻¹-]*[0-9]?[A-Za-z)]*")
 
 
@@ -88,7 +92,7 @@ def conversion(stated: str, wanted: str) -> float:
             "'0.0001 deg' or '360/4096 deg'"
         )
     try:
-        factor = float((1.0 * _parsed(unit)).to(_parsed(unit_wanted)).magnitude)
+        factor = _factor(unit, unit_wanted)
     except InputError:
         raise
     except Exception:
@@ -97,6 +101,14 @@ def conversion(stated: str, wanted: str) -> float:
             f"{stated!r} cannot be converted to {wanted!r}: they measure different things"
         ) from None
     return factor * step / step_wanted
+
+
+def _factor(unit: str, wanted: str) -> float:
+    """One `unit` in `wanted`; beside an angle an hour is one of the hour angle. Raises what pint does."""
+    parsed, target = _parsed(unit), _parsed(wanted)
+    if not parsed.is_compatible_with(target):
+        parsed, target = (_parsed(_HOURS.sub("hourangle", each)) for each in (unit, wanted))
+    return float((1.0 * parsed).to(target).magnitude)
 
 
 SPEEDS = ("/s", "rpm", "/min", "/h")
@@ -114,6 +126,8 @@ def speed_of(output: str, command: str) -> float | None:
     units do not tell, as of a command in V."""
     if spelt(command) == f"{spelt(output)}/s":
         return 1.0
+    if output.lower() in COUNTS:
+        return None
     try:
         return conversion(command, f"({output})/s")
     except InputError:
@@ -133,9 +147,24 @@ def mixed(output: str, command: str) -> str | None:
     )
 
 
+@contextmanager
+def _without(*modules: str) -> Iterator[None]:
+    """Those of some modules that are not loaded are not found by an import that takes all it finds: pint has
+    dask, babel and SciPy loaded where they are installed, in half a second, for uses that are none here."""
+    held: dict[str, Any] = sys.modules
+    absent = [module for module in modules if module not in held]
+    held.update(dict.fromkeys(absent))
+    try:
+        yield
+    finally:
+        for module in absent:
+            del held[module]
+
+
 @functools.cache
 def _registry() -> pint.UnitRegistry[Any]:
-    import pint
+    with _without("dask", "babel", "scipy"):
+        import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(cache_folder=None)
     registry.define("hourangle = 15 * degree = hms")

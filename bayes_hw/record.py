@@ -23,7 +23,7 @@ from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record_checks import Finding, check_signals
-from bayes_hw.record_columns import uniform_columns
+from bayes_hw.record_columns import table_of_arrays, uniform_columns
 from bayes_hw.record_files import FileContent, asked_options, parts_of_table, read_parts
 from bayes_hw.scale_checks import NO_CLOCK
 from bayes_hw.units import Units
@@ -89,10 +89,10 @@ class Record:
             return
         mask, y = np.asarray(self.measured), np.asarray(self.y, dtype=np.float64)
         if mask.shape != (len(self.t),) or mask.dtype != np.bool_:
-            raise InputError(
-                f"record {self.name}: measured has shape {mask.shape} and type {mask.dtype}; "
-                "give True or False for every sample"
+            said = (
+                f"measured has shape {mask.shape} and type {mask.dtype}; give True or False for every sample"
             )
+            raise InputError(f"record {self.name}: {said}")
         object.__setattr__(self, "measured", None if mask.all() else mask)
         if not mask.all() and y.shape == mask.shape:
             at = np.arange(len(y))
@@ -102,10 +102,8 @@ class Record:
     def _column(self, name: str, given: Any) -> FloatArray:
         values = np.asarray(given, dtype=np.float64)
         if values.ndim != 1 or len(values) != len(self.t):
-            raise InputError(
-                f"record {self.name}: {name} has shape {values.shape}; "
-                "give t, u and y as columns of one length"
-            )
+            said = f"{name} has shape {values.shape}; give t, u and y as columns of one length"
+            raise InputError(f"record {self.name}: {said}")
         if not np.isfinite(values).all():
             raise InputError(
                 f"record {self.name}: {name} holds NaN or inf; remove them, or say with `measured` which "
@@ -138,14 +136,18 @@ class Record:
         *,
         sample_rate_hz: float | None = None,
         units: Units | Mapping[str, str] | None = None,
+        options: ReadingOptions | None = None,
         name: str = "record",
     ) -> Record:
         """A record of columns (samples,): time in s, command, measured angle.
 
         Without `t` the samples are `sample_rate_hz` apart; where `y` is NaN it was not measured, and without
-        it the record is a command alone. Raises InputError where neither time nor rate is given, the two
-        disagree, or the time is not uniform.
+        it the record is a command alone. With `options` they are read as the columns t, u, y of a file are.
+        Raises InputError where neither time nor rate is given, the two disagree, or the time is not uniform.
         """
+        if options is not None:
+            asked = asked_options(options, None, sample_rate_hz, None, units)
+            return cls._of_table(table_of_arrays(name, t, u, y), asked, name)
         stamps, rate, command, angle = uniform_columns(name, t, u, y, sample_rate_hz)
         angle = np.full(len(command), np.nan) if angle is None else angle
         measured = None if not np.isnan(angle).any() else ~np.isnan(angle)
@@ -172,8 +174,6 @@ class Record:
         """
         asked = asked_options(options, columns, sample_rate_hz, None, units)
         found = table_of_dataframe(table, asked.columns.time)
-        if asked.columns.time not in found.values and sample_rate_hz is not None:
-            asked = replace(asked, columns=replace(asked.columns, time=None))
         return cls._of_table(found, replace(asked, needs_output=False), name)
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -272,10 +272,15 @@ class Record:
 
     @classmethod
     def _of_table(cls, table: Table, options: ReadingOptions, name: str) -> Record:
+        if options.columns.time not in table.values and options.sample_rate_hz is not None:
+            options = replace(options, columns=replace(options.columns, time=None))
         with in_python():
             contents = parts_of_table(Path(name), table, options)
         if len(contents) > 1:
-            raise InputError(f"{name}: its gaps make {len(contents)} records of it; select one before")
+            raise InputError(
+                f"{name}: its gaps make {len(contents)} records of it; take one with "
+                "options=ReadingOptions(part_s=(START, STOP)), in s after the first sample"
+            )
         return replace(cls._of_content(Path(name), contents[0], ""), name=name, source="")
 
     def converted(self, units: Units) -> Record:
@@ -325,8 +330,7 @@ class Record:
     def resampled(self, rate_hz: float) -> Record:
         """The record at `rate_hz`, its `treatment` saying how; see `bayes_hw.log.resample.resample_columns`.
 
-        Raises InputError when the rate is not positive or gives fewer than 2 or more than 10,000,000
-        samples.
+        Raises InputError when the rate is not positive or gives fewer than 2 or more than 10,000,000 samples.
         """
         t, u, y = resample_columns(self.t, self.u, self.y, rate_hz)
         sentence = describe(self.t, rate_hz, lambda index: f"sample {index + 1}")
@@ -357,11 +361,9 @@ class Record:
         return len(self) / self.sample_rate_hz
 
     def window(self, start_s: float, stop_s: float) -> Record:
-        """The samples from `start_s` up to, not including, `stop_s`, both in s after the first
-        sample.
+        """The samples from `start_s` up to, not including, `stop_s`, both in s after the first sample.
 
-        `stop_s` may lie past the end. The part need not start at rest. Raises InputError when
-        nothing is left.
+        `stop_s` may lie past the end. The part need not start at rest. Raises InputError if nothing is left.
         """
         first, stop = (
             min(max(math.ceil(limit * self.sample_rate_hz - 1e-6), 0), len(self))
@@ -393,8 +395,5 @@ class Record:
             y=self.y[chosen],
             measured=None if self.measured is None else self.measured[chosen],
             known={name: values[chosen] for name, values in self.known.items()},
-            treatment=(
-                *self.treatment,
-                f"cut to {start_s:g} s to {stop_s:g} s after the first sample",
-            ),
+            treatment=(*self.treatment, f"cut to {start_s:g} s to {stop_s:g} s after the first sample"),
         )

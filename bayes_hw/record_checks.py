@@ -209,16 +209,15 @@ def _longest_run(y: FloatArray) -> tuple[int, int]:
 
 
 def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """An output that moves, and whose speed has nothing of the command at any frequency."""
+    """An output whose speed has nothing of the command at any frequency, as where the drive was off."""
     forward = following(u, y, rate_hz)
     if forward is None or len(u) < FEWEST_TO_TELL or forward.gain > 0:
         return None
     return Finding(
         "unrelated",
-        f"the output does not follow the command (coherence of speed and command "
-        f"{forward.correlation**2:.2f} at best)",
-        "are --input and --output the columns that they should be, and was the drive on?",
-        "warning",
+        f"the output, which moves by {np.ptp(y):.3g} in all, does not follow the command (coherence of speed "
+        f"and command {forward.correlation**2:.2f} at best)",
+        "was the drive on, and are --input and --output the columns that they should be?",
     )
 
 

@@ -7,7 +7,10 @@ from numpy.typing import ArrayLike
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.formats.table import Table
 from bayes_hw.log import time_stamps
+from bayes_hw.python_words import python_words
+from bayes_hw.record_checks import clock_change
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference between a given sample rate and that of the time stamps."""
@@ -30,12 +33,15 @@ def uniform_columns(
             raise InputError(f"record {name}: neither time nor rate; give t=..., or sample_rate_hz in Hz")
         return np.arange(len(command)) / sample_rate_hz, float(sample_rate_hz), command, angle
     stamps = _numbers(name, "t", t)
+    change = clock_change(stamps)
+    if change is not None:
+        raise InputError(python_words(f"record {name}: sample {change.first + 1}: {change}"))
     if len(stamps) < 2 or time_stamps.first_not_increasing(stamps) is not None:
         raise InputError(f"record {name}: t does not increase; give times in s, or sample_rate_hz without t")
     if not time_stamps.is_uniform(stamps):
         raise InputError(
-            f"record {name}: t is not uniform; put the columns on a uniform grid first, or write them to a "
-            "file and read it with resample_hz"
+            f"record {name}: t is not uniform; give options=ReadingOptions(resample_hz=RATE), or in it, "
+            'where samples are missing, gaps="bridge" or gaps="split"'
         )
     rate = time_stamps.mean_rate(stamps)
     if sample_rate_hz is not None and not abs(rate / sample_rate_hz - 1) <= RATE_TOLERANCE:
@@ -44,6 +50,13 @@ def uniform_columns(
             "or leave t out"
         )
     return stamps, float(rate if sample_rate_hz is None else sample_rate_hz), command, angle
+
+
+def table_of_arrays(name: str, t: ArrayLike | None, u: ArrayLike | None, y: ArrayLike | None) -> Table:
+    """Arrays as the columns t, u, y of a table; raises InputError where one is no column of numbers."""
+    given = {"t": t, "u": u, "y": y}
+    values = {column: _numbers(name, column, array) for column, array in given.items() if array is not None}
+    return Table(values, (), tuple(values), "column", lambda index: f"sample {index + 1}")
 
 
 def _numbers(name: str, column: str, given: ArrayLike) -> FloatArray:

@@ -112,7 +112,7 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         "--accept",
         action="append",
         default=[],
-        choices=("swapped", "position", "scale", "stuck"),
+        choices=("swapped", "position", "scale", "stuck", "unrelated"),
         help="take a record in spite of what was found in it",
     )
 

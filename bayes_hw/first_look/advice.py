@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from bayes_hw.first_look.measures import Measures
 from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.first_look.ripple import Ripple
+from bayes_hw.following import following
 from bayes_hw.phrases import listed
+from bayes_hw.quantities import speed_of
 from bayes_hw.record import Record
 
 COHERENT = 0.8
@@ -47,7 +50,7 @@ def advice(measures: Measures) -> Advice:
     )
     repeated = measures.repeated
     units = records[0].units
-    shows, cannot, following = [], [], []
+    shows, cannot, afterwards = [], [], []
     for name, limit, share in (
         ("lower", statics.lower, at_limits[0]),
         ("upper", statics.upper, at_limits[1]),
@@ -60,7 +63,7 @@ def advice(measures: Measures) -> Advice:
                 f"{percent(share)} of the samples ask for more."
             )
     if statics.lower is None or statics.upper is None:
-        following.append("A sweep or steps whose command exceeds both limits, to both sides.")
+        afterwards.append("A sweep or steps whose command exceeds both limits, to both sides.")
     behind = repeated.hysteresis
     if statics.half_width is not None:
         half_width = f"{estimate(statics.half_width, statics.sd(2))} {units.output}"
@@ -71,7 +74,7 @@ def advice(measures: Measures) -> Advice:
             cannot.append(
                 "Dead zone apart from play and friction: strokes of a second or more, at two speeds, show it."
             )
-            following.append(TRIANGLES)
+            afterwards.append(TRIANGLES)
     if behind is not None and repeated.shown_hysteresis is not None:
         shows.append(
             f"Hysteresis: by direction of motion the angle stays behind by {-behind.half_width:.2g} "
@@ -80,33 +83,40 @@ def advice(measures: Measures) -> Advice:
         )
     elif statics.half_width is None and reversals < FEW_REVERSALS:
         cannot.append(f"Dead zone and play: the axis {reverses(reversals)}; some ten reversals show them.")
-        following.append(
+        afterwards.append(
             "Slow triangles: ten reversals about the starting angle, slower than a tenth of full speed."
         )
     elif statics.half_width is None and behind is None:
         cannot.append("Dead zone and play: strokes of a second or more, at two speeds, tell them from a lag.")
-        following.append(TRIANGLES)
+        afterwards.append(TRIANGLES)
     elif statics.half_width is None and behind is not None and statics.bound is not None:
         shows.append(
             f"No dead zone or hysteresis of half width above {max(statics.bound, behind.bound):.2g} "
             f"{units.output} (94 %), in {reversals} reversals."
         )
     shows += [_ripple(ripple, units.output, measures.turn) for ripple in repeated.ripples]
+    shows += [
+        f"What the angle owes to {column.name}: {percent(column.share)} of the error follows it, coherence "
+        f"up to {column.coherence.max():.2f} at {column.strongest_hz:.2g} Hz."
+        for column in measures.known
+        if column.follows
+    ]
     band = coherent_band(response)
     if band is None:
         cannot.append(
             "The frequency response: nowhere does the command explain four fifths of the output's rate."
         )
-        following.append("A sweep of larger amplitude, slow enough to give each resonance some ten cycles.")
+        afterwards.append("A sweep of larger amplitude, slow enough to give each resonance some ten cycles.")
     else:
         shows.append(
-            f"The frequency response from {band[0]:.2g} to {band[1]:.2g} Hz (coherence above {COHERENT:g})."
+            f"The frequency response from {band[0]:.2g} to {band[1]:.2g} Hz (coherence above {COHERENT:g})"
+            f"{_slow_motion(records)}."
         )
         if band[1] < 0.35 * records[0].sample_rate_hz / 2:
             cannot.append(
                 f"Resonances above {band[1]:.2g} Hz: the command does not excite them above the noise."
             )
-            following.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
+            afterwards.append(f"A sweep that goes beyond {band[1]:.2g} Hz at larger amplitude.")
     if delay is not None:
         if delay.is_close:
             shows.append(
@@ -117,20 +127,20 @@ def advice(measures: Measures) -> Advice:
             cannot.append(
                 f"The delay closer than {delay.low:.3g} to {delay.high:.3g} s: a slow start looks alike."
             )
-            following.append("Steps of the command, each held until the axis has settled, for the delay.")
+            afterwards.append("Steps of the command, each held until the axis has settled, for the delay.")
     if feedback is not None and feedback.closed_loop:
         cannot.append(
             "Noise apart from the axis: the command follows past noise, a loop was closed around it."
         )
-        following.append("The same with the position loop open, or with the reference recorded as well.")
+        afterwards.append("The same with the position loop open, or with the reference recorded as well.")
     duration = sum(record.duration_s for record in records)
     if duration < SHORT_S:
-        following.append(f"Longer records: {duration:.0f} s in all here, two minutes or more each.")
+        afterwards.append(f"Longer records: {duration:.0f} s in all here, two minutes or more each.")
     if len(records) < 2:
-        following.append("The same command again, as a repeat, and one other kind of command to hold out.")
+        afterwards.append("The same command again, as a repeat, and one other kind of command to hold out.")
     if not all(_rests(record) for record in records):
-        following.append("A second or more of rest before and after each command.")
-    return Advice(_sentence(shows, cannot, band), tuple(shows), tuple(cannot), tuple(following))
+        afterwards.append("A second or more of rest before and after each command.")
+    return Advice(_sentence(shows, cannot, band), tuple(shows), tuple(cannot), tuple(afterwards))
 
 
 def estimate(value: float, sd: float) -> str:
@@ -182,6 +192,17 @@ def reverses(count: int) -> str:
     if count == 0:
         return "never reverses"
     return "reverses " + {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+def _slow_motion(records: Sequence[Record]) -> str:
+    """How fast the axis of the longest record moves beside a slow command; a rate that is wrong by less than
+    what an axis's gain may be shows in nothing else."""
+    longest = max(records, key=len)
+    expected = speed_of(longest.units.output, longest.units.input)
+    found = following(longest.u, longest.y, longest.sample_rate_hz)
+    if expected is None or found is None or not found.is_clear:
+        return ""
+    return f": slow motion has {percent(found.gain / expected)} of the speed commanded"
 
 
 def _ripple(ripple: Ripple, unit: str, turn: float | None) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.record import Record
 
 SEGMENTS = 16
@@ -25,9 +25,9 @@ LEVEL = 0.01
 
 @dataclass(frozen=True, eq=False)
 class KnownColumn:
-    """One column: its coherence with the error over `frequency_hz`, the `bound` below which it means
-    nothing, and the share of the error's
-    power, in the band shown, that follows it."""
+    """One column: its coherence with the error over `frequency_hz`, what both owe to the command taken out,
+    the `bound` below which it means nothing, and the share of the error's power, in the band shown, that
+    follows it."""
 
     name: str
     unit: str
@@ -48,49 +48,58 @@ class KnownColumn:
 
 
 def known_columns(
-    records: Sequence[Record], errors: Sequence[FloatArray], rate: float
+    records: Sequence[Record], errors: Sequence[FloatArray], commands: Sequence[FloatArray], rate: float
 ) -> tuple[KnownColumn, ...]:
-    """Every column that all records have and that changes; `errors` (samples,) a record each.
+    """Every column that all records have and that changes; `errors` and `commands`, as the axis takes them,
+    (samples,) a record each.
 
-    Magnitude-squared coherence by Welch's method over all records; error and column are differenced, so that
-    a slow drift common to most signals is no coherence.
+    Partial magnitude-squared coherence given the command, by Welch's method over all records: what an error
+    holds of the command hides what it holds besides. All are differenced, so that a slow drift common to
+    most signals is no coherence.
     """
     return tuple(
-        _known_column(name, records, errors, rate)
+        _known_column(name, records, errors, commands, rate)
         for name in records[0].known
         if all(name in record.known and float(np.ptp(record.known[name])) > 0 for record in records)
     )
 
 
 def _known_column(
-    name: str, records: Sequence[Record], errors: Sequence[FloatArray], rate: float
+    name: str,
+    records: Sequence[Record],
+    errors: Sequence[FloatArray],
+    commands: Sequence[FloatArray],
+    rate: float,
 ) -> KnownColumn:
     from scipy import signal  # takes a second to import, which a record without known columns need not wait
 
     longest = max(len(record) for record in records)
     length = int(np.clip(2 * longest // (SEGMENTS + 1), SHORTEST, LONGEST))
-    count_of_ordinates = length // 2 + 1
-    cross = np.zeros(count_of_ordinates, dtype=np.complex128)
-    of_error, of_column = np.zeros(count_of_ordinates), np.zeros(count_of_ordinates)
-    frequency: FloatArray = np.arange(count_of_ordinates) * rate / length
+    spectra = np.zeros((3, 3, length // 2 + 1), dtype=np.complex128)
     segments = 0
-    for record, error in zip(records, errors, strict=True):
+    for record, error, command in zip(records, errors, commands, strict=True):
         if len(record) <= length:
             continue
-        e, x = np.diff(error), np.diff(record.known[name])
-        count = (len(e) - length // 2) // (length - length // 2)
-        cross += count * signal.csd(x, e, rate, nperseg=length)[1]
-        of_error += count * signal.welch(e, rate, nperseg=length)[1]
-        of_column += count * signal.welch(x, rate, nperseg=length)[1]
+        signals = np.diff([command, record.known[name], error])
+        count = (signals.shape[1] - length // 2) // (length - length // 2)
+        spectra += count * signal.csd(signals[:, None], signals[None, :], rate, nperseg=length)[1]
         segments += count
-    power = of_error[1:]
-    coherence = np.abs(cross[1:]) ** 2 / np.maximum(power * of_column[1:], 1e-300)
-    independent = max(EFFECTIVE * segments, 2.0)
+    frequency: FloatArray = np.arange(1, length // 2 + 1) * rate / length
+    cross, of_column, power = _beside_first(spectra[..., 1:])
+    coherence = np.abs(cross) ** 2 / np.maximum(power * of_column, 1e-300)
+    independent = max(EFFECTIVE * segments - 1, 2.0)
     each = 1 - (1 - LEVEL) ** (1 / len(coherence))
     bound = 1 - each ** (1 / (independent - 1))
-    angle = 2 * np.sin(np.pi * frequency[1:] / rate)
-    unmixed = power / angle**2
+    unmixed = power / (2 * np.sin(np.pi * frequency / rate)) ** 2
     excess = np.clip((coherence * independent - 1) / (independent - 1), 0.0, 1.0)
     share = float(np.sum(excess * unmixed) / max(float(np.sum(unmixed)), 1e-300))
     unit = records[0].known_units.get(name, "")
-    return KnownColumn(name, unit, frequency[1:], np.clip(coherence, 0.0, 1.0), float(bound), share)
+    return KnownColumn(name, unit, frequency, np.clip(coherence, 0.0, 1.0), float(bound), share)
+
+
+def _beside_first(spectra: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Cross spectrum and both spectra of the second and third of three signals, without what each owes to the
+    first; `spectra` (3, 3, frequencies) hold those of every two."""
+    first = np.maximum(spectra[0, 0].real, 1e-300)
+    own = [spectra[k, k].real - np.abs(spectra[0, k]) ** 2 / first for k in (1, 2)]
+    return spectra[1, 2] - spectra[1, 0] * spectra[0, 2] / first, own[0], own[1]

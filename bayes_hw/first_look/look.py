@@ -161,7 +161,7 @@ def _seen(records: Sequence[Record]) -> Look:
         regimes=regimes(outputs, commands, rate, sigma),
         reversals=sum(reversals(y, max(6 * white, 0.02 * float(np.ptp(y)))) for y in outputs),
         at_limits=_at_limits(repeated.statics if repeated.is_seen else found, np.concatenate(commands)),
-        known=known_columns(records, errors, rate),
+        known=known_columns(records, errors, limited, rate),
     )
 
 

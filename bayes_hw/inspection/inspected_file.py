@@ -17,7 +17,14 @@ from bayes_hw.formats.text_layout import is_value
 from bayes_hw.formats.written_quantity import quantity_of
 from bayes_hw.inspection.clock_column import clock_of, no_clock, rate_of, rows_of, second_clock
 from bayes_hw.inspection.column_facts import ColumnFacts, column_facts, filled, line_of
-from bayes_hw.inspection.mends import after_findings, arguments, findings_of, mended, units_to_ask_for
+from bayes_hw.inspection.mends import (
+    after_findings,
+    arguments,
+    findings_of,
+    in_one_unit,
+    mended,
+    units_to_ask_for,
+)
 from bayes_hw.inspection.roles import MOST_COLUMNS, roles_of
 from bayes_hw.log.clock import Stamps
 from bayes_hw.log.resample import MOST_SAMPLES
@@ -166,6 +173,8 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
             options = better
             continue
         better, sentence = after_findings(found, options)
+        if better is None:
+            better, sentence = in_one_unit(records[0], options)
         if better is None or sentence in tried:
             break
         tried.append(sentence)
@@ -181,7 +190,7 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
         )
         lines += [f"  {said}" for said in record.treatment if said not in lines]
         lines += [f"  look at: {f}" for r, f in found if r is record and f.severity == "warning"]
-        lines += [f"  look at: {said}" for said in units_to_ask_for(record, options)]
+        lines += [f"  look at: {said}" for said in units_to_ask_for(record)]
     fatal = next((_named(r, f, records) for r, f in found if f.severity == "fatal"), None)
     questions = () if fatal is None else (fatal,)
     return Inspection(tuple(lines), arguments(options), questions)

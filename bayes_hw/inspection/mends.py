@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -23,16 +24,13 @@ def findings_of(record: Record) -> tuple[Finding, ...]:
     return found if scale is None else (*found, scale)
 
 
-def units_to_ask_for(record: Record, options: ReadingOptions) -> list[str]:
+def units_to_ask_for(record: Record) -> list[str]:
     """A sentence where nobody stated the command's unit and its numbers speak against the usual one."""
     if record.units.output.lower() in COUNTS:
         return [
             "the output is in counts: say what one is worth, such as --output-unit '360/4096 deg' "
             "--ignore-units"
         ]
-    other = None if "output" in options.units else mixed_units(record)
-    if other is not None:
-        return [other]
     largest = float(np.abs(record.u).max())
     unit = record.units.input
     if "input" in record.stated_units or largest <= FAST.get(unit, np.inf):
@@ -74,6 +72,16 @@ def after_findings(
         if better is not None:
             return better, f"{record.name}: {finding}"
     return None, ""
+
+
+def in_one_unit(record: Record, options: ReadingOptions) -> tuple[ReadingOptions | None, str]:
+    """The options that put the angle in the unit whose speed the command is, where the file states another,
+    and what is said of it."""
+    said = None if "output" in options.units else mixed_units(record)
+    if said is None:
+        return None, ""
+    unit = shlex.split(said.split("--output-unit ")[1])[0]
+    return replace(options, units={**options.units, "output": unit}), f"{record.name}: {said}"
 
 
 def _mending(record: Record, finding: Finding, options: ReadingOptions) -> ReadingOptions | None:

@@ -131,9 +131,10 @@ def _chosen_words(u: ColumnFacts, y: ColumnFacts, rate: float, is_position: bool
     found = following(command, angle, rate)
     how = "a position" if is_position else "a velocity"
     size = 0.0 if found is None else found.correlation
+    gain = "" if found is None or not found.is_clear else f" and is {found.gain:.2g} times it, unit for unit"
     said = f"command: {u.name!r}, {how}; output: {y.name!r}; its speed follows with correlation {size:.2f}"
     by_name = "" if abs(size) > FOLLOWS else ", so by their names alone"
-    return said + by_name
+    return said + gain + by_name
 
 
 def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:

@@ -55,11 +55,25 @@ _BARE = re.compile(
 )
 _DURATION = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*([a-zA-Zµμ]+)")
 _TIME_OF_DAY = re.compile(r"(?:(\d+)[. d]\s*)?(\d+):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
+MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_DAY, _MONTH, _YEAR = r"(?P<d>\d{1,2})", rf"(?P<m>(?i:{'|'.join(MONTHS)}))[a-z]*\.?", r"(?P<y>\d{4})"
+_CLOCK = r"(?P<t>\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?)"
+_WITH_MONTH = [
+    re.compile(rf"(?:[A-Z][a-z]{{2,8}},?\s+)?{date}\s*$")
+    for date in (
+        rf"{_DAY}[\s/-]?{_MONTH}[\s/,-]*{_YEAR}[\sT:_,]+{_CLOCK}(?P<z>.*)",
+        rf"{_MONTH}\s+{_DAY},?\s+{_YEAR},?\s+{_CLOCK}(?P<z>.*)",
+        rf"{_MONTH}\s+{_DAY}\s+{_CLOCK}(?P<z>.*?)\s+{_YEAR}",
+        rf"{_YEAR}[\s/-]?{_MONTH}[\s/-]?{_DAY}[\sT:_,]+{_CLOCK}(?P<z>.*)",
+    )
+]
+"""Dates whose month is a name, in every order: it says which number is which."""
+
 FORMATS = (
-    "%d-%b-%Y %H:%M:%S", "%d %b %Y %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%d.%m.%Y %H:%M:%S", "%m/%d/%Y %H:%M:%S",
-    "%d/%m/%Y %H:%M:%S", "%d-%m-%Y %H:%M:%S", "%Y.%m.%d %H:%M:%S", "%m/%d/%Y %I:%M:%S %p", "%Y-%j %H:%M:%S",
-    "%Y:%j:%H:%M:%S", "%Y%m%d %H%M%S", "%Y%m%d_%H%M%S", "%a %b %d %H:%M:%S %Y", "%d-%b-%y %H:%M:%S",
-    "%b %d %Y %H:%M:%S", "%m/%d/%y %H:%M:%S", "%Y-%m-%d %H:%M:%S",
+    "%Y/%m/%d %H:%M:%S", "%d.%m.%Y %H:%M:%S", "%m/%d/%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S", "%d-%m-%Y %H:%M:%S",
+    "%Y.%m.%d %H:%M:%S", "%m/%d/%Y %I:%M:%S %p", "%Y-%j %H:%M:%S", "%Y:%j:%H:%M:%S", "%Y%m%d %H%M%S",
+    "%Y%m%d_%H%M%S", "%d-%b-%y %H:%M:%S", "%m/%d/%y %H:%M:%S", "%d.%m.%y %H:%M:%S", "%Y-%m-%d %H:%M:%S",
+    "%Y-%m-%d %I:%M:%S %p",
 )  # fmt: skip
 """Of dates that are not ISO 8601, without fractions of a second; day before month where both fit a slash only
 if the first number says so."""
@@ -241,7 +255,8 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
     """Unix time in ns of the cells that are present, and what they were taken for."""
     import pandas as pd
 
-    given = pd.Series(cells[present].tolist(), dtype="object").str.replace(_ZONE, "Z", regex=True)
+    given, named = _with_numbered_months(pd.Series(cells[present].tolist(), dtype="object"))
+    given = given.str.replace(_ZONE, "Z", regex=True)
     given, zone = _without_zone_name(given, present)
     plain = given.str.replace(r"(?<![\d:])(\d{1,2}:\d{2}:\d{2})[,:](\d+)", r"\1.\2", regex=True)
     plain = plain.str.replace(r"\s+([+-]\d\d:?\d\d)$", r"\1", regex=True)
@@ -254,10 +269,26 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
             raise StampError(
                 int(present[at]), f"time stamp {str(cells[present[at]])[:40]!r} is not ISO 8601; correct it"
             )
-        zones = "ISO 8601 stamps" + ("" if _has_zone(str(plain.iloc[0])) else " without a zone, taken as UTC")
+        zones = (named or "ISO 8601 stamps") + (
+            "" if _has_zone(str(plain.iloc[0])) else " without a zone, taken as UTC"
+        )
         return _nanoseconds(iso), zones + zone
     nanoseconds, said = _other_dates(cells, present, plain)
     return nanoseconds, said + zone
+
+
+def _with_numbered_months(given: pd.Series[str]) -> tuple[pd.Series[str], str]:
+    """Stamps with the name of a month as ISO 8601 has them, and what to say of them; others as they are."""
+    form = next((form for form in _WITH_MONTH if form.match(given.iloc[0])), None)
+    if form is None:
+        return given, ""
+
+    def numbered(match: re.Match[str]) -> str:
+        month = MONTHS.index(match["m"].lower()) + 1
+        hour, rest = match["t"].split(":", 1)
+        return f"{match['y']}-{month:02d}-{int(match['d']):02d} {hour:0>2}:{rest}{match['z'].rstrip()}"
+
+    return given.str.replace(form, numbered, regex=True), "dates with the name of the month"
 
 
 def _without_zone_name(given: pd.Series[str], present: IntArray) -> tuple[pd.Series[str], str]:

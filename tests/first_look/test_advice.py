@@ -83,6 +83,13 @@ def test_a_share_that_is_not_zero_is_not_told_as_zero() -> None:
     assert percent(0.0) == "0 %"
 
 
+def test_how_fast_slow_motion_is_beside_the_command_is_said(looks: list[Look]) -> None:
+    for seen in looks:
+        (said,) = (item for item in seen.advice.shows if item.startswith("The frequency response"))
+        gain = re.search(r"slow motion has (\d+) % of", said)
+        assert gain is not None and int(gain[1]) == pytest.approx(100, abs=5)
+
+
 def test_the_sentence_names_what_is_shown(looks: list[Look]) -> None:
     for seen in looks:
         said, _, lacking = seen.advice.sentence.removeprefix("These records show ").partition(", and lack ")

@@ -12,6 +12,7 @@ from own_process import run_python
 from bayes_hw.errors import InputError
 from bayes_hw.formats import bag_file
 from bayes_hw.formats.bag_file import read_bag
+from bayes_hw.record import Columns, Record
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2")
 typesys = pytest.importorskip("rosbags.typesys")
@@ -21,6 +22,10 @@ STORE = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 Float64 = STORE.types["std_msgs/msg/Float64"]
 ByteMultiArray = STORE.types["std_msgs/msg/UInt8MultiArray"]
 Layout = STORE.types["std_msgs/msg/MultiArrayLayout"]
+Header = STORE.types["std_msgs/msg/Header"]
+Time = STORE.types["builtin_interfaces/msg/Time"]
+Vector3 = STORE.types["geometry_msgs/msg/Vector3"]
+Vector3Stamped = STORE.types["geometry_msgs/msg/Vector3Stamped"]
 
 
 def bag(folder: Path, messages: int, image_bytes: int = 0, compressed: bool = False) -> Path:
@@ -38,6 +43,37 @@ def bag(folder: Path, messages: int, image_bytes: int = 0, compressed: bool = Fa
             content = ByteMultiArray(Layout([], 0), np.zeros(image_bytes, dtype=np.uint8))
             writer.write(image, 1_000_000_000, STORE.serialize_cdr(content, ByteMultiArray.__msgtype__))
     return folder
+
+
+def test_a_record_comes_out_of_an_mcap_file(tmp_path: Path) -> None:
+    """Command and angle with headers and clocks of their own, the second twice as often; as a log of ROS 2
+    has them."""
+    u = 0.5 * np.sin(0.9 * np.arange(400) / 20)
+    y = np.cumsum(np.repeat(u, 2)) / 40
+    start_ns = 1_773_528_067 * 10**9
+    mcap = rosbag2.StoragePlugin.MCAP
+    with rosbag2.Writer(tmp_path / "night", version=9, storage_plugin=mcap) as writer:
+        topics = {
+            topic: writer.add_connection(topic, Vector3Stamped.__msgtype__, typestore=STORE)
+            for topic in ("/axis/command", "/axis/state")
+        }
+        for topic, values, step_ns in (
+            ("/axis/command", u, 50_000_000),
+            ("/axis/state", y, 25_000_000),
+        ):
+            for k, value in enumerate(values):
+                stamp = start_ns + k * step_ns
+                header = Header(Time(stamp // 10**9, stamp % 10**9), "axis")
+                message = Vector3Stamped(header, Vector3(float(value), 0.0, 0.0))
+                data = STORE.serialize_cdr(message, Vector3Stamped.__msgtype__)
+                writer.write(topics[topic], stamp + 3_000_000, data)
+    (path,) = (tmp_path / "night").glob("*.mcap")
+    columns = Columns(time="t", input="/axis/command.vector.x", output="/axis/state.vector.x")
+    record = Record.read(path, columns=columns)
+    assert record.sample_rate_hz == pytest.approx(20)
+    np.testing.assert_allclose(record.u, u, rtol=1e-12)
+    np.testing.assert_allclose(record.y, y[::2], rtol=1e-12)
+    assert "no such field; they have vector.x" in refusal(path, "/axis/state.vector.w")
 
 
 def refusal(path: Path, *wanted: str) -> str:

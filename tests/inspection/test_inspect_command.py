@@ -82,17 +82,22 @@ def test_the_step_of_readings(step: float) -> None:
     assert quantisation_step(np.random.default_rng(3).normal(size=3000)) is None
 
 
-@pytest.mark.parametrize(("columns", "option"), [
-    ((T, Y, U), "--input y --output u"),
-    ((T, U, -Y), "--reverse"),
-    ((T, U, np.where(np.arange(1200) < 900, Y + 0.01, Y[900] + 0.01)), "--part 0 45"),
-    ((T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y), "--input-position u"),
+@pytest.mark.parametrize(("header", "columns", "option"), [
+    ("t,u,y", (T, Y, U), "--input y --output u"),
+    ("t,u,y", (T, U, -Y), "--reverse"),
+    ("t,u [deg/s],y [h]", (T, U, Y / 15), "--output-unit deg"),
+    ("t,u,y", (T, U, np.where(np.arange(1200) < 900, Y + 0.01, Y[900] + 0.01)), "--part 0 45"),
+    ("t,u,y", (T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y), "--input-position u"),
 ])  # fmt: skip
 def test_what_one_option_mends_is_mended_in_the_command(
-    tmp_path: Path, columns: tuple[np.ndarray, ...], option: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    header: str,
+    columns: tuple[np.ndarray, ...],
+    option: str,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Not the command that would be refused."""
-    path = write(tmp_path / "log.csv", "t,u,y", *columns)
+    path = write(tmp_path / "log.csv", header, *columns)
     assert main(["inspect", str(path)]) == 0
     convert, _ = commands(capsys.readouterr().out)
     assert option in shlex.join(convert)

@@ -39,6 +39,11 @@ def test_a_record_of_arrays() -> None:
         ((T[::-1], U, Y), {}, "t does not increase"),
         ((T**1.1, U, Y), {}, "t is not uniform"),
         ((T, U, Y), {"sample_rate_hz": 200}, "t says 20 Hz, sample_rate_hz says 200 Hz"),
+        (
+            (np.where(T < 5, T, T + 3600), U, Y),
+            {},
+            r'jumps forward by an hour.*ReadingOptions\(gaps="split"\)',
+        ),
         ((T, U[:-1], Y), {}, "columns of one length"),
         ((T, np.stack([U, U]), Y), {}, "one value a sample"),
         ((T, ["fast"] * 200, Y), {}, "u holds what is no number"),
@@ -50,6 +55,20 @@ def test_arrays_that_are_no_record(
 ) -> None:
     with pytest.raises(hw.InputError, match=said):
         Record.from_arrays(*arguments, **options)  # type: ignore[arg-type]
+
+
+def test_what_is_wrong_with_arrays_is_mended_by_the_options_of_files() -> None:
+    """A turn, a sign, an hour; with a rate in place of stamps too."""
+    wrapped = Record.from_arrays(T, U, (10 * Y) % 6, options=hw.ReadingOptions(unwrap=6.0))
+    np.testing.assert_allclose(wrapped.y, 10 * (Y - Y[0]), atol=1e-9)
+    turned = Record.from_arrays(u=U, y=Y, sample_rate_hz=20, options=hw.ReadingOptions(reverse=True))
+    np.testing.assert_array_equal(turned.y, -Y)
+    late = np.where(T < 5, T, T + 3600)
+    split = hw.ReadingOptions(gaps="split")
+    with pytest.raises(hw.InputError, match=r"2 records of it; take one with .*part_s"):
+        Record.from_arrays(late, U, Y, options=split)
+    first = Record.from_arrays(late, U, Y, options=hw.ReadingOptions(part_s=(0, 5)))
+    np.testing.assert_array_equal(first.y, Y[:100])
 
 
 def test_tables_in_and_out() -> None:

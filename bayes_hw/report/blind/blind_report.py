@@ -48,6 +48,7 @@ def blind_report(
             *_baseline_sections(score, baselines or {}),
             _check_section(score),
             _cases_section(score),
+            _groups_section(score),
             Section(PROVENANCE, (KeyValues(_origin(evidence, provenance)),)),
         ),
     )
@@ -130,10 +131,19 @@ def _counts_section(score: Score) -> Section:
             ),
             confusion_matrix(score.confusion),
             shares(score.by_strength, "By size of the smallest gap in the case, over the noise"),
-            _figure_table(score.figures_by_effect, "effect"),
-            _figure_table(score.figures_by_strength, "smallest gap / noise"),
             shares(score.by_form, "By form of the effect, single and off-catalogue"),
         ),
+    )
+
+
+def _groups_section(score: Score) -> Section:
+    return Section(
+        "Single effects in numbers",
+        (
+            _figure_table(score.figures_by_effect, "effect"),
+            _figure_table(score.figures_by_strength, "smallest gap / noise"),
+        ),
+        folded=True,
     )
 
 
