@@ -28,6 +28,10 @@ FAR_BEYOND = 30.0
 
 SIGN_CORRELATION = 0.8
 
+RELATIONS = ("swapped", "position")
+"""Kinds of finding that guess from the columns alone what they are: an axis whose model is followed is as it
+is said to be, however slow its loop or short the record."""
+
 MOST_PLACES = 1000
 """Where one record may begin in another, looked at at most."""
 
@@ -57,8 +61,9 @@ def enter(
     Raises InputError, in one sentence with its remedy, where a record appears twice or is its own hold-out,
     or moves against its command where another moves with it; where rates or units of records or of the model
     differ; and where command and angle are swapped, of other units than stated, at a rate wrong by ten, or
-    of opposite signs. What is `accepted`, by the kinds of `record_checks.Finding`, is not refused; where the
-    records were `looked_at`, their findings are known.
+    of opposite signs. What is `accepted`, by the kinds of `record_checks.Finding`, is not refused, nor are
+    RELATIONS where the record follows the model; where the records were `looked_at`, their other findings are
+    known.
     """
     everything = (*records, *holdout)
     check_repeats(records, holdout)
@@ -73,9 +78,12 @@ def enter(
             _check_alike(record, model.units, model.sample_rate_hz, "the model", RATE_TOLERANCE)
     warnings: list[str] = []
     for record in everything:
-        warnings += check_record(record, accepted, looked_at)
-        told = model is not None and "scale" not in accepted and check_response(record, model)
-        if not told and "scale" not in accepted:
+        told = None if model is None or "scale" in accepted else check_response(record, model)
+        known = (*accepted, *(RELATIONS if told is not None and told.is_forward else ()))
+        warnings += check_record(record, known, looked_at)
+        if model is not None and looked_at:
+            refuse_relation(record, known)
+        if told is None and "scale" not in accepted:
             warnings += check_scale(record)
     measures_speed = any(record.measures_speed for record in everything)
     done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
@@ -130,6 +138,14 @@ def check_record(record: Record, accepted: Collection[str] = (), looked_at: bool
     return warnings
 
 
+def refuse_relation(record: Record, accepted: Collection[str]) -> None:
+    """Raise InputError where command and angle are to each other what their names deny, unless it is
+    accepted."""
+    for finding in record.findings():
+        if finding.kind in RELATIONS and finding.kind not in accepted:
+            raise InputError(f"{_place(record)}: {finding}; if it is so, give --accept {finding.kind}")
+
+
 def check_whole(record: Record, accepted: Collection[str] = ()) -> list[str]:
     """What a record alone warns of, its scale as well, in words; raises InputError at what would be fitted to
     nonsense and is not `accepted`."""
@@ -157,22 +173,22 @@ def scale_finding(record: Record) -> Finding | None:
     return wrong_scale(record.u, record.y, record.sample_rate_hz, expected, record.clock, units)
 
 
-def check_response(record: Record, model: SimulatedAxis) -> bool:
-    """Whether the model's simulation tells how fast the record should move.
+def check_response(record: Record, model: SimulatedAxis) -> Following | None:
+    """How the record follows the model's simulation, None where that does not tell how fast it should move.
 
     Raises InputError where it moves against that, or faster or slower by a factor that a mistake explains.
     """
     simulate = getattr(model, "simulate", None)
     if simulate is None or not record.has_output:
-        return False
+        return None
     with np.errstate(all="ignore"):
         expected = np.asarray(simulate(record.u).w)
     if not np.isfinite(expected).all():
-        return False
+        return None
     _check_within_limits(record, model)
     found = speeds_compared(expected, record.y, record.sample_rate_hz)
     if found is None or not found.is_clear:
-        return False
+        return None
     if found.is_opposed and found.correlation > SIGN_CORRELATION:
         raise InputError(
             f"{_place(record)}: moves against what the model says of its command (correlation of the speeds "
@@ -185,7 +201,7 @@ def check_response(record: Record, model: SimulatedAxis) -> bool:
             f"{_place(record)}: moves {found.gain:.3g} times as fast as the model says of its command: "
             f"{guesses}"
         )
-    return True
+    return found
 
 
 def _check_within_limits(record: Record, model: SimulatedAxis) -> None:

@@ -78,6 +78,13 @@ def test_bad_usage_is_one_line(refused: Callable[..., str], arguments: tuple[str
     assert said in refused(*arguments)
 
 
+@pytest.mark.parametrize("time", ["0", "-3", "soon", "nan"])
+def test_a_time_is_above_zero(time: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["diagnose", ".", f"--within={time}"])
+    assert f"{time!r} is no time" in capsys.readouterr().err
+
+
 def test_an_output_that_is_a_file_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["diagnose", str(folder), "--out", "holdout.csv", "--quiet"]) == 2
     (line,) = capsys.readouterr().err.splitlines()

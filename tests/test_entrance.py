@@ -12,6 +12,7 @@ import pytest
 from simulated_records import measured
 
 import bayes_hw
+from bayes_hw import record_checks
 from bayes_hw.cli import main
 from bayes_hw.entrance import enter
 from bayes_hw.errors import InputError
@@ -258,3 +259,24 @@ def test_swapped_columns_are_named_where_units_are_stated(records: tuple[Record,
         enter([swapped])
     for command, output in (("deg/s", "deg/s"), ("V", "rpm")):
         assert replace(first, units=Units(input=command, output=output)).measures_speed
+
+
+@pytest.mark.parametrize("looked_at", [True, False])
+@pytest.mark.parametrize("guess", ["swapped", "derivative"])
+def test_a_record_that_follows_its_model_is_what_it_is_said_to_be(
+    records: tuple[Record, ...],
+    small_axis: HammersteinWiener,
+    guess: str,
+    looked_at: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What the columns alone look like, as of a slow axis in a short record, is no ground beside a model that
+    the record follows; it is where the record is not that of the model."""
+    monkeypatch.setattr(record_checks, "relation", lambda *_: guess)
+    assert enter([records[0]], model=small_axis, looked_at=looked_at).records == (records[0],)
+    wandering = np.random.default_rng(1).standard_normal(len(records[0])).cumsum()
+    other = replace(records[0], y=wandering * np.ptp(records[0].y) / np.ptp(wandering))
+    for model, record in ((None, records[0]), (small_axis, other)):
+        if model is not None or not looked_at:
+            with pytest.raises(InputError, match=r"swapped|a position"):
+                enter([record], model=model, looked_at=looked_at)

@@ -27,13 +27,17 @@ EXAMPLE = (
 
 
 SEARCH_S = 180.0
+"""Time of a search unless given."""
 
 
 def positive_seconds(text: str) -> float:
-    """Of an option; raises ValueError where it is none, as argparse asks for."""
-    seconds = float(text)
+    """Of an option."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
     if not seconds > 0:
-        raise ValueError(text)
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds above zero")
     return seconds
 
 

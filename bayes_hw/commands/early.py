@@ -40,7 +40,14 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     fitted, held_out = _paths(parsed)
     if not fitted and not held_out:
         return
-    from bayes_hw.commands.inputs import in_units, is_compared, read_once, reading_options, refuse_faults
+    from bayes_hw.commands.inputs import (
+        in_units,
+        is_compared,
+        is_simulated,
+        read_once,
+        reading_options,
+        refuse_faults,
+    )
     from bayes_hw.entrance import check_rate, check_repeats, check_scale, check_signs, has_rate
     from bayes_hw.record import Units
 
@@ -55,7 +62,7 @@ def refuse_early(parsed: argparse.Namespace) -> None:
         records = [record for path in paths for record in read_once(parsed, path, options)]
         records = records if units is None else [in_units(record, units) for record in records]
         for record in records:
-            refuse_faults(record, parsed.accept, alone=not is_compared(parsed))
+            refuse_faults(record, parsed.accept, alone=not is_compared(parsed), later=is_simulated(parsed))
         groups.append(records)
     if parsed.command != "look":
         check_repeats(*groups)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bayes_hw.commands.speech import note, warn
-from bayes_hw.entrance import scale_finding
+from bayes_hw.entrance import RELATIONS, scale_finding
 from bayes_hw.errors import InputError, storable_text
 from bayes_hw.inspection.mends import mixed_units
 from bayes_hw.record import Columns, ReadingOptions, Record, Units
@@ -76,9 +76,11 @@ def read_records(
             target = units or (records[0].units if records else None)
             if target is not None:
                 record = in_units(record, target)
-            refuse_faults(record, parsed.accept, alone=not is_compared(parsed))
+            later = is_simulated(parsed)
+            refuse_faults(record, parsed.accept, alone=not is_compared(parsed), later=later)
             for finding in record.findings():
-                if finding.kind != "inverted" or not is_compared(parsed):
+                asked = finding.kind == "inverted" and is_compared(parsed)
+                if not asked and not (later and finding.kind in RELATIONS):
                     warn(f"{record.source or record.name}: {finding}")
             records.append(record)
     if units is None and records and parsed.output_unit is None and (said := mixed_units(records[0])):
@@ -125,6 +127,11 @@ def is_compared(parsed: argparse.Namespace) -> bool:
     return is_named or case_folder(parsed) is not None
 
 
+def is_simulated(parsed: argparse.Namespace) -> bool:
+    """Whether `enter` is given a model to simulate the records' commands with."""
+    return parsed.command == "diagnose" and (parsed.model is not None or case_folder(parsed) is not None)
+
+
 def case_folder(parsed: argparse.Namespace) -> str | None:
     """The case folder of a command that takes one; None where its place holds records."""
     given = getattr(parsed, "case", None) or []
@@ -132,13 +139,18 @@ def case_folder(parsed: argparse.Namespace) -> str | None:
     return named[0] if len(named) == 1 and not getattr(parsed, "holdout", None) else None
 
 
-def refuse_faults(record: Record, accepted: Sequence[str], *, alone: bool = True) -> None:
+def refuse_faults(
+    record: Record, accepted: Sequence[str], *, alone: bool = True, later: bool = False
+) -> None:
     """Raise InputError at what would be fitted to nonsense, unless it is accepted.
 
-    Where the record is not `alone`, a model or simulator tells how fast it should move, and is asked later.
+    Where the record is not `alone`, a model or simulator tells how fast it should move, and is asked later;
+    where `later` is given too, what its columns are to each other is said by a model as well.
     """
     scale = scale_finding(record) if alone else None
     for finding in (*record.findings(), *([] if scale is None else [scale])):
+        if later and finding.kind in RELATIONS:
+            continue
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(
                 f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"

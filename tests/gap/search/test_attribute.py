@@ -21,6 +21,7 @@ from bayes_hw.gap.search.attribute import Attribution, attribute
 from bayes_hw.gap.search.candidate_models import best_of
 from bayes_hw.gap.search.state import Search
 from bayes_hw.gap.search.strategies import apart
+from bayes_hw.time_budget import at_most
 
 INPUTS = [command(700, 1), command(700, 2)]
 BASE = hypothesis(AXIS, INPUTS)
@@ -87,6 +88,18 @@ def test_the_search_goes_on_while_what_would_be_chosen_leaves_structure() -> Non
         search = Search(BASE, measured, effects, frozenset({"wind"}), rng, tell=stages.append, chosen=chosen)
         attribute(search)
         assert ("pairs of effects" in stages) == goes_on
+
+
+def test_a_search_without_time_begins_no_strategy_and_says_so() -> None:
+    """The base is fitted all the same: there is something to answer with."""
+    measured = noisy(BASE.simulate(BASE.to_values(BASE.prior_means)))
+    stages: list[str] = []
+    rng = np.random.default_rng(8)
+    with at_most(0.0):
+        found = attribute(Search(BASE, measured, EFFECTS, frozenset(), rng, tell=stages.append))
+    assert found.cut_short
+    assert stages == ["base model"]
+    assert found.best is found.base
 
 
 def test_nothing_but_noise_in_the_catalogue() -> None:

@@ -114,20 +114,3 @@ def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
     stepped = joint_search.within_sample(fit)
     assert stepped.response.steps == 4
     assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
-
-
-@pytest.mark.parametrize("unnamed", [True, False])
-def test_a_label_is_held_against_what_would_be_said_without_it(
-    unnamed: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A few nats over a cause without a name keep it; over nothing at all they do not."""
-    fit: Any = SimpleNamespace(labels=("wind",), added=("wind",), noise_order=1, score=117.0)
-    plain: Any = SimpleNamespace(labels=(), added=(), noise_order=12, score=100.0, observer=None)
-    fit.response = plain.response = SimpleNamespace(weights=None)
-    fit.without = lambda _: plain
-    monkeypatch.setattr(joint_search, "regrown", lambda one: one)
-    monkeypatch.setattr(joint_search, "leaves_a_cause", lambda one: unnamed and one is plain)
-    readings: Any = SimpleNamespace(nats={})
-    kept, nats = joint_search.verified(fit, [], readings, joint_search.silent)
-    assert (kept is fit) == unnamed
-    assert nats == ({"wind": 17.0} if unnamed else {})

@@ -1,0 +1,45 @@
+"""What a label must be worth when it is dropped."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bayes_hw.gap.joint.noise.slow_noise import WIND
+from bayes_hw.gap.joint.search import verification
+from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS, VERIFIED_NATS, asked_of
+
+
+@pytest.mark.parametrize("unnamed", [True, False])
+def test_a_label_is_held_against_what_would_be_said_without_it(
+    unnamed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A few nats over a cause without a name keep it; over nothing at all they do not."""
+    fit: Any = SimpleNamespace(labels=("wind",), noise_order=1, score=117.0)
+    plain: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
+    fit.response = plain.response = SimpleNamespace(weights=None, cause=WIND)
+    fit.without = lambda _: plain
+    monkeypatch.setattr(verification, "regrown", lambda one: one)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: unnamed and one is plain)
+    readings: Any = SimpleNamespace(nats={})
+    kept, nats = verification.verified(fit, [], readings, lambda _: None)
+    assert (kept is fit) == unnamed
+    assert nats == ({"wind": 17.0} if unnamed else {})
+
+
+def test_more_is_asked_where_noise_has_a_cause_beside_an_effect() -> None:
+    """Whatever is added to G itself; and where noise is of higher order, or readings are faulty."""
+    sound: Any = SimpleNamespace(nats={})
+    rounded: Any = SimpleNamespace(nats={"encoder_quantization": 100.0})
+
+    def fit(labels: tuple[str, ...], cause: str | None, order: int = 1) -> Any:
+        return SimpleNamespace(labels=labels, noise_order=order, response=SimpleNamespace(cause=cause))
+
+    assert asked_of(fit(("friction",), None), sound) == VERIFIED_NATS
+    assert asked_of(fit(("wind",), WIND), sound) == VERIFIED_NATS
+    assert asked_of(fit(("transport_delay", "friction"), None), sound) == VERIFIED_NATS
+    assert asked_of(fit(("wind", "friction"), WIND), sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None, order=5), sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None), rounded) == VERIFIED_BESIDE_NATS
