@@ -172,7 +172,7 @@ def diagnose_records(
         else:
             found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
-        unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
+        unnamed = decision.answer == (OTHER,) and found.fit.labels and OTHER not in found.fit.labels
         fit = found.base if unnamed and not isinstance(found.fit, ShapedFit) else found.fit
         poorly = set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER}
         if isinstance(fit, GivenFit):
