@@ -15,7 +15,7 @@ Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
-COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
+COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 120.0
 """Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
 since a period that is off by a turn over the travel shows nothing."""
 

@@ -360,6 +360,9 @@ def _contenders(
     most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
     simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
     contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
+    if contenders and not contenders[0].fit.effect_labels:
+        # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
+        contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
     return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
 
