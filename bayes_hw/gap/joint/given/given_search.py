@@ -43,12 +43,11 @@ from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
     MOST_EFFECTS,
     STEPS_OF_A_PERIOD,
-    VERIFIED_BESIDE_NATS,
-    VERIFIED_NATS,
     JointAnswer,
     finer,
     silent,
 )
+from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS, VERIFIED_NATS
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -16,7 +16,6 @@ from bayes_hw.gap.joint.fit.structure_moves import (
     delayed,
     larger_cascades,
     pruned,
-    regrown,
 )
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.jumps import jumps
@@ -36,17 +35,10 @@ from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
-
-VERIFIED_NATS = 25.0
-"""That a label must be worth when it is dropped and G grown again."""
-
-VERIFIED_BESIDE_NATS = 80.0
-"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
-which is something that no label explains. Also of every label where the noise has a cause and an effect
-stands beside it: forms follow slow noise a little."""
 
 STRUCTURAL_NATS = 5.0
 """A port or a section that gains as much is taken before another effect is looked for."""
@@ -389,41 +381,3 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
     )
     return FollowedPath(fit, base, readings)
-
-
-def asked_of(fit: JointFit, readings: Readings) -> float:
-    """Nats that a label of this fit must be worth."""
-    beside = bool(fit.added) and len(fit.labels) > 1
-    doubtful = readings.nats or fit.noise_order > 1 or beside
-    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
-
-
-def verified(
-    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
-) -> tuple[JointFit, dict[str, float]]:
-    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
-
-    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
-    label without which the noise has a cause that nothing names is held against that cause, not against
-    nothing: it stays where it is likelier.
-    """
-    while fit.labels:
-        nats: dict[str, float] = {}
-        alternatives = []
-        weights = fit.response.weights
-        for label, without in zip(
-            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
-        ):
-            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
-            alternatives.append(highest([without, *same]))
-            nats[label] = fit.score - alternatives[-1].score
-        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
-        weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        asked = asked_of(fit, readings)
-        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
-            asked = 0.0
-        if nats[fit.labels[weakest]] >= asked:
-            return fit, nats
-        fit = alternatives[weakest]
-    # What is left of an observer without laws is coloured noise, which is free as it is.
-    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}

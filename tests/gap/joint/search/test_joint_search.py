@@ -32,7 +32,7 @@ from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.gap.joint.search import joint_search
+from bayes_hw.gap.joint.search import joint_search, verification
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import search
@@ -125,10 +125,10 @@ def test_a_label_is_held_against_what_would_be_said_without_it(
     plain: Any = SimpleNamespace(labels=(), added=(), noise_order=12, score=100.0, observer=None)
     fit.response = plain.response = SimpleNamespace(weights=None)
     fit.without = lambda _: plain
-    monkeypatch.setattr(joint_search, "regrown", lambda one: one)
-    monkeypatch.setattr(joint_search, "leaves_a_cause", lambda one: unnamed and one is plain)
+    monkeypatch.setattr(verification, "regrown", lambda one: one)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: unnamed and one is plain)
     readings: Any = SimpleNamespace(nats={})
-    kept, nats = joint_search.verified(fit, [], readings, joint_search.silent)
+    kept, nats = verification.verified(fit, [], readings, joint_search.silent)
     assert (kept is fit) == unnamed
     assert nats == ({"wind": 17.0} if unnamed else {})
 

@@ -32,9 +32,10 @@ from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.residuals.readings import Readings, innovation_sigma
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
-from bayes_hw.gap.joint.search.joint_search import silent, verified
+from bayes_hw.gap.joint.search.joint_search import silent
 from bayes_hw.gap.joint.search.known_input import forms_of
 from bayes_hw.gap.joint.search.observer import OBSERVER, kalman_gain, observed, unobserved
+from bayes_hw.gap.joint.search.verification import verified
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 300

@@ -1,0 +1,60 @@
+"""What every label is worth: dropped, and G grown again without it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.fit.structure_moves import regrown
+from bayes_hw.gap.joint.residuals.readings import Readings
+from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause
+from bayes_hw.phrases import log_evidence
+
+VERIFIED_NATS = 25.0
+"""That a label must be worth when it is dropped and G grown again."""
+
+VERIFIED_BESIDE_NATS = 80.0
+"""Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
+which is something that no label explains. Also of every label where the noise has a cause and an effect
+stands beside it: forms follow slow noise a little."""
+
+
+def asked_of(fit: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth."""
+    beside = bool(fit.added) and len(fit.labels) > 1
+    doubtful = readings.nats or fit.noise_order > 1 or beside
+    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+
+
+def verified(
+    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
+) -> tuple[JointFit, dict[str, float]]:
+    """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
+
+    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
+    label without which the noise has a cause that nothing names is held against that cause, not against
+    nothing: it stays where it is likelier.
+    """
+    while fit.labels:
+        nats: dict[str, float] = {}
+        alternatives = []
+        weights = fit.response.weights
+        for label, without in zip(
+            fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
+        ):
+            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
+            alternatives.append(highest([without, *same]))
+            nats[label] = fit.score - alternatives[-1].score
+        say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
+        weakest = int(np.argmin([nats[label] for label in fit.labels]))
+        asked = asked_of(fit, readings)
+        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
+            asked = 0.0
+        if nats[fit.labels[weakest]] >= asked:
+            return fit, nats
+        fit = alternatives[weakest]
+    # What is left of an observer without laws is coloured noise, which is free as it is.
+    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}
