@@ -192,7 +192,7 @@ def diagnose_records(
 def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
     """The fit that an answer rests on: that of the search, without its effects where the answer is `other`
     and nothing in it stands for what has no name."""
-    unnamed = decision.answer == (OTHER,) and OTHER not in found.fit.labels
+    unnamed = decision.answer == (OTHER,) and found.fit.labels and OTHER not in found.fit.labels
     return found.base if unnamed and found.fit.without_name is None else found.fit
 
 

@@ -41,6 +41,12 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     ]
     if OTHER in decision.answer:
         said += of_unnamed(fit)
+        if found.fallen is not None:
+            said.append(
+                "what has no name is most like limits that fall at an instant of every record and stay at "
+                f"{found.fallen.left:.3g} of theirs, as those of a drive that got hot; nobody knows when "
+                "they fall next, so that this is no part of the prediction"
+            )
         if fit.without_name is not None:
             said.append(
                 f"what has no name is most like {fit.without_name}; its size is that of what is left, and "

@@ -15,7 +15,7 @@ Place = Literal["input", "output", "law", "reading"]
 TURNS_SEEN = 1.5
 """Within the travel, at least, for a shape over position to be told as a period."""
 
-COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 90.0
+COARSE_TURNS, TURN_STEP, MOST_TURNS = 7.0, 0.5, 120.0
 """Turns within the travel: started from up to the first; scanned in steps of half a turn up to the last,
 since a period that is off by a turn over the travel shows nothing."""
 
@@ -182,14 +182,12 @@ def _presliding(place: str, base: int) -> Form:
     )  # fmt: skip
 
 
-def _by_twist(form: Form) -> Form:
-    """A friction's law where what it looks at is the twist of the drive: contact in a gap, which is held back
-    within the step as friction is; on bristles a spring with hysteresis."""
+def _by_twist(form: Form, label: str, kind: str) -> Form:
+    """A friction's law where what it looks at is the twist of the drive."""
 
     def slots(scale: JointScale) -> tuple[Slot, ...]:
         return tuple(replace(slot, name=f"twist_{slot.name}") for slot in form.slots(scale))
 
-    label, kind = ("other", "hysteresis") if form.law == K.BRISTLE else ("backlash", "contact")
     return replace(form, label=label, name=f"{kind} by {form.name}", slots=slots, further=True)
 
 
@@ -283,8 +281,14 @@ _FRICTIONS: tuple[Form, ...] = tuple(
     for place, base in (("motor", K.BASE_COMMAND), ("load", K.BASE_SPEED))
     for make in (_coulomb, _presliding, _stribeck)
 )
-BY_TWIST: dict[Form, Form] = {form: _by_twist(form) for form in _FRICTIONS}
-"""Frictions, and the same laws where they look at a twist."""
+BY_TWIST: dict[Form, Form] = {form: _by_twist(form, "backlash", "contact") for form in _FRICTIONS}
+"""Frictions, and the same laws where they look at a twist: contact in a gap, which is held back within the
+step as friction is."""
+
+REMEMBERING: dict[Form, Form] = {
+    form: _by_twist(form, "other", "hysteresis") for form in _FRICTIONS if form.law == K.BRISTLE
+}
+"""Those on bristles where these last for more than a sample: a spring with hysteresis."""
 
 FORMS: tuple[Form, ...] = (
     _rate(K.LATE_RATE, ""),
@@ -329,6 +333,7 @@ FORMS: tuple[Form, ...] = (
         K.GAP, K.BASE_TWIST,
     ),
     *BY_TWIST.values(),
+    *REMEMBERING.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
     _second_harmonic(K.BASE_POSITION, ""),

@@ -25,13 +25,30 @@ def command_nats(fit: JointFit) -> float:
     found = [0.0, 0.0, 0.0]
     for number in range(len(fit.response.records)):
         for kind, rows in enumerate(_responses(fit, number)):
-            promised = []
-            for row in rows:
-                tangents = [np.zeros((1, len(r))) for r in fit.response.records]
-                tangents[number] = row[None]
-                promised.append(screen.gain(tangents))
+            promised = _promised(fit, screen, number, rows)
             found[kind] += max(max(promised) - float(np.log(len(rows))), 0.0)
     return max(found)
+
+
+def limits_that_change(fit: JointFit, screen: NoiseScreen) -> tuple[float, tuple[int, ...]]:
+    """Nats that limits which change at a sample of every record promise under one noise; those samples."""
+    promised, instants = 0.0, []
+    for number, record in enumerate(fit.response.records):
+        gains = _promised(fit, screen, number, _responses(fit, number)[0])
+        best = int(np.argmax(gains))
+        promised += max(gains[best] - float(np.log(len(gains))), 0.0)
+        instants.append(round(INSTANTS[best] * len(record)))
+    return promised, tuple(instants)
+
+
+def _promised(fit: JointFit, screen: NoiseScreen, number: int, rows: FloatArray) -> list[float]:
+    """Nats of every row (rows, samples) of one record."""
+    found = []
+    for row in rows:
+        tangents = [np.zeros((1, len(r))) for r in fit.response.records]
+        tangents[number] = row[None]
+        found.append(screen.gain(tangents))
+    return found
 
 
 def last_direction(command: FloatArray) -> FloatArray:

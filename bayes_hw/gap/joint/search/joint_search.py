@@ -28,6 +28,7 @@ from bayes_hw.gap.joint.search.effect_moves import (
     port_candidates,
     slow_causes,
 )
+from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
@@ -70,8 +71,9 @@ class JointAnswer:
     label, the best score over the base's that every label reached alone (those that were followed to the end
     in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
-    frequency in time that was taken out of the records of both. Fits are to samples that are `clear_of_zone`
-    where a slow error asks for that. A search that was `cut_short` had no time left to look further."""
+    frequency in time that was taken out of the records of both; with limits that have `fallen` in every
+    record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
+    error asks for that. A search that was `cut_short` had no time left to look further."""
 
     fit: JointFit
     base: JointFit
@@ -81,6 +83,7 @@ class JointAnswer:
     remainder: Remainder
     known: tuple[KnownInput, ...] = ()
     tone: Tone | None = None
+    fallen: FallenLimits | None = None
     ends: Mapping[str, JointFit] = field(default_factory=dict)
     clear_of_zone: bool = False
     cut_short: bool = False
@@ -132,7 +135,30 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
         without, found = found, _explained(tone.without, readings, whole, told)
         nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
         found = replace(found, nats=nats, tone=tone)
+    elif found.base.response.weights is base.response.weights:
+        found = _beside_fallen_limits(found, told)
     return replace(found, known=known)
+
+
+def _beside_fallen_limits(found: JointAnswer, told: Callable[[str], None]) -> JointAnswer:
+    """What was found held against limits that fall at an instant of every record: the likelier of the two is
+    the answer, the other one stays beside it where it was near."""
+    gained = found.fit.score - found.base.score
+    asked = max(VERIFIED_NATS, FOLLOWED_SHARE * gained)
+    fallen = fallen_limits(found.base, asked)
+    if fallen is None or fallen.nats < asked:
+        return found
+    told(f"limits that fall to {fallen.left:.3g} of theirs: {log_evidence(fallen.nats)}")
+    present = found.rivals.get(OTHER, -np.inf) if OTHER in found.ends else -np.inf
+    if fallen.nats < max(present, 0.0):
+        return found
+    rivals, ends = {**found.rivals, OTHER: fallen.nats}, {**found.ends, OTHER: fallen.without}
+    if fallen.nats < gained:
+        return replace(found, rivals=rivals, ends=ends)
+    left, nats = remainder_of(fallen.without), {OTHER: fallen.nats}
+    return replace(
+        found, fit=fallen.without, nats=nats, rivals=rivals, ends=ends, remainder=left, fallen=fallen
+    )
 
 
 def _explained(
@@ -335,6 +361,9 @@ def _contenders(
     most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
     simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
     contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
+    if contenders and not contenders[0].fit.effect_labels:
+        # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
+        contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
     return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
 

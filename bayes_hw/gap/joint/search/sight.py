@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
+from bayes_hw.gap.joint.forms.effect_form import BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
 MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.5
@@ -34,7 +34,8 @@ def named_by_sight(fit: JointFit) -> JointFit:
             and effect.ports.signal
             and sees_twist(fit, number)
         ):
-            effects[number] = replace(effect, form=BY_TWIST[effect.form])
+            lasting = effect.form in REMEMBERING and remembers(fit, number)
+            effects[number] = replace(effect, form=(REMEMBERING if lasting else BY_TWIST)[effect.form])
     if all(new.form is old.form for new, old in zip(effects, fit.values.effects, strict=True)):
         return fit
     return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)
@@ -44,6 +45,14 @@ def sees_twist(fit: JointFit, number: int) -> bool:
     """Whether the law of effect `number` looks at a twist."""
     by_speed, by_acceleration = shares_of_motion(fit, number)
     return by_acceleration > MOSTLY and by_speed < LITTLE * by_acceleration
+
+
+def remembers(fit: JointFit, number: int) -> bool:
+    """Whether the bristles of effect `number` are left behind by less than their length in the median sample:
+    what they have forgotten within one is a function of what the law looks at now, and closes no loop."""
+    row = fit.values.law_row(number)
+    signals = [fit.response.along(fit.values, i).signals[row] for i in range(len(fit.response.records))]
+    return float(np.median(np.abs(np.concatenate(signals)))) < float(fit.values.effects[number].values[0])
 
 
 def is_hidden_friction(fit: JointFit) -> bool:

@@ -38,7 +38,8 @@ def on_whole_records(found: JointAnswer, records: Sequence[Record]) -> JointAnsw
     if found.base.response.weights is not None:
         weights = read_faults(plain).weights
     base = plain if weights is None else fitted_to(found.base, records, weights)
-    fit = base if found.fit is found.base else fitted_to(found.fit, records, weights)
+    commanded = records if found.fallen is None else found.fallen.of(records)
+    fit = base if found.fit is found.base else fitted_to(found.fit, commanded, weights)
     known = tuple(
         one if one.without is None else replace(one, without=fitted_to(one.without, records, weights))
         for one in found.known

@@ -114,3 +114,27 @@ def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
     stepped = joint_search.within_sample(fit)
     assert stepped.response.steps == 4
     assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
+
+
+@pytest.mark.parametrize(
+    ("leader", "followed"), [("wind", ["wind", "rate_limit"]), ("friction", ["friction"])]
+)
+def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
+    leader: str, followed: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Noise explains all that is left, one effect of two its part: it is followed though it has a third."""
+
+    def trial(label: str, score: float) -> Any:
+        effects = () if label == "wind" else (label,)
+        return SimpleNamespace(labels=(label,), effect_labels=effects, score=score)
+
+    plain: Any = SimpleNamespace(labels=(), score=0.0)
+    readings: Any = SimpleNamespace(nats={"timing_jitter": 90.0})
+    begun = FollowedPath(plain, plain, readings)
+    trials = [trial(leader, 96.0), trial("rate_limit", 34.0), trial("gain_drift", 30.0)]
+    monkeypatch.setattr(joint_search, "one_more", lambda _: trials)
+    monkeypatch.setattr(joint_search, "_settled", lambda *_: trials)
+    monkeypatch.setattr(joint_search, "finer", lambda one: one)
+    monkeypatch.setattr(joint_search, "corrected", lambda one, _: one)
+    contenders, _ = joint_search._contenders(begun, joint_search.silent)
+    assert [path.begun_with for path in contenders] == followed

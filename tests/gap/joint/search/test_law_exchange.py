@@ -82,6 +82,16 @@ def test_a_friction_that_looks_at_a_twist_is_contact_in_a_gap(twist: bool) -> No
     assert named.score == pytest.approx(fit.score)
 
 
+@pytest.mark.parametrize(("length", "label"), [(1e-3, "backlash"), (1e3, "other")])
+def test_bristles_over_a_twist_are_a_spring_only_if_they_last(
+    length: float, label: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shorter than what the law looks at in a sample they remember nothing: contact in a gap."""
+    monkeypatch.setattr(sight, "sees_twist", lambda *_: True)
+    rub = replace(RUB, form=form("friction", "presliding, load"), values=np.array([length]))
+    assert named_by_sight(_fit(RUB, rub)).labels == (label,)
+
+
 @pytest.mark.parametrize(
     ("speed", "acceleration", "rubs"), [(0.4, 0.02, True), (0.3, 0.2, False), (0.05, 0.0, False)]
 )
