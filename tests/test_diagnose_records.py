@@ -13,6 +13,7 @@ from command_files import write_axis, write_record
 from simulated_records import measured
 
 from bayes_hw.cli import main
+from bayes_hw.commands.diagnose import after_records
 from bayes_hw.csv_output import write_csv
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -96,3 +97,11 @@ def test_a_model_of_the_same_records_is_opened_again(small_axis: HammersteinWien
 def test_records_without_any_held_out_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["diagnose", "train_1.csv", "train_2.csv", "--out", "out"]) == 2
     assert "--holdout" in capsys.readouterr().err
+
+
+def test_what_stays_unexplained_asks_for_an_experiment(tmp_path: Path) -> None:
+    u = np.array([0.0, -0.75, 0.5, 0.0])
+    train = [Record.from_arrays(u=u, y=u, sample_rate_hz=20.0)]
+    assert after_records(tmp_path, ("friction",), train)[0] == "design"
+    asked = after_records(tmp_path, ("friction", "other"), train)
+    assert asked[0] == "design-experiment" and asked[asked.index("--velocity") + 1] == "0.75"

@@ -252,6 +252,14 @@ def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[
     return ["diagnose", *given, *without, *again, "--out", f"{out}_again"]
 
 
+def after_records(out: Path, answer: Sequence[str], train: Sequence[Record]) -> list[str]:
+    """A loop for the axis that was found; where something stays unexplained, the experiment that shows it."""
+    if "other" not in answer:
+        return ["design", "--posterior", str(out), "--out", "design/"]
+    fastest = max(max(abs(float(record.u.min())), abs(float(record.u.max()))) for record in train)
+    return ["design-experiment", "--posterior", str(out), "--velocity", f"{fastest:.3g}", "--out", "next/"]
+
+
 def default_out(parsed: argparse.Namespace) -> str:
     """NAME_diagnosis in the working folder, NAME that of the case folder, the model or the simulator."""
     if parsed.case:
@@ -356,4 +364,4 @@ def _joint(
     else:
         say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
-    say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
+    say_next(parsed, *after_records(out, diagnosis.verdict.answer, train))

@@ -57,8 +57,9 @@ def columns_of(records: Sequence[Record]) -> tuple[str, ...]:
     )
 
 
-def forms_of(column: str) -> tuple[Form, Form]:
-    """The two ways in which a column may act."""
+def forms_of(column: str, told: Sequence[float] = ()) -> tuple[Form, Form]:
+    """The two ways in which a column may act, begun at LAGS_S; at the encoder, which it reaches as it is, at
+    lags that are `told`, in samples, as well."""
 
     def lag(scale: JointScale, row: int) -> Slot:
         latest = min(LATEST_S * scale.rate_hz, 0.2 * scale.samples)
@@ -75,7 +76,7 @@ def forms_of(column: str) -> tuple[Form, Form]:
         ),
         Form(
             label, READING, "reading", lambda s: (Slot(0, "gain"), lag(s, 1)),
-            lambda s: [(0.0, x) for x in lags(s)], column=column,
+            lambda s: [(0.0, x) for x in (*told, *lags(s))], column=column,
         ),
     )  # fmt: skip
 
@@ -87,10 +88,28 @@ def form_named(label: str, name: str) -> Form | None:
     return next((form for form in forms_of(label[len(LABEL) :]) if form.name == name), None)
 
 
+def telling_lag(fit: JointFit, column: str) -> float:
+    """The lag, in samples, at which steps of the error follow steps of the column most.
+
+    Under noise close to a random walk a rough column tells nothing of its lag from more than a sample away.
+    """
+    records = fit.response.records
+    rate = records[0].sample_rate_hz
+    length = 2 * max(len(record) for record in records)
+    cross = np.zeros(length)
+    for record, error in zip(records, fit.point.residuals, strict=True):
+        steps = np.diff(np.nan_to_num(np.stack([record.known[column], error])))
+        moved, followed = np.fft.rfft(steps, length)
+        cross += np.fft.irfft(moved.conj() * followed, length)
+    earliest, latest = round(EARLIEST_S * rate), min(round(LATEST_S * rate), length // 10)
+    earliest = min(earliest, length // 10)
+    return float(np.argmax(np.abs(np.roll(cross, earliest)[: earliest + latest + 1])) - earliest)
+
+
 def with_column(fit: JointFit, column: str) -> JointFit:
     """The best fit with one known input more, its G grown and pruned again."""
     trials: list[JointFit] = []
-    for form in forms_of(column):
+    for form in forms_of(column, (telling_lag(fit, column),)):
         starts = best_starts(screened(fit, [form]), STARTS)
         begun = [fit.with_known(form, start.values).descended(FIRST_STEPS) for start in starts]
         trials.append(highest(begun).descended())

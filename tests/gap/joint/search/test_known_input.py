@@ -17,7 +17,13 @@ from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
-from bayes_hw.gap.joint.search.known_input import READING, TORQUE, forms_of, with_known_inputs
+from bayes_hw.gap.joint.search.known_input import (
+    READING,
+    TORQUE,
+    forms_of,
+    telling_lag,
+    with_known_inputs,
+)
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.known_input import delayed_column
@@ -147,3 +153,16 @@ def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     bare = replace(records[2], known={})
     with pytest.raises(InputError, match="wind"):
         diagnose_records(records[:2], [bare], np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("lag", [-3, 0, 17])
+def test_the_lag_of_a_rough_column_is_seen_in_steps(lag: int) -> None:
+    """White from sample to sample, at the encoder, beside a random walk."""
+    records = records_with((), (1, 2))
+    rough = [np.random.default_rng(k).standard_normal(SAMPLES + 40) for k in (7, 8)]
+    walks = [np.cumsum(np.random.default_rng(k).standard_normal(SAMPLES)) for k in (9, 10)]
+    blown_at = [
+        replace(one, known={"rough": x[20:-20]}, y=one.y + SIGMA * (x[20 - lag : SAMPLES + 20 - lag] + walk))
+        for one, x, walk in zip(records, rough, walks, strict=True)
+    ]
+    assert telling_lag(base_of(blown_at), "rough") == lag
