@@ -281,14 +281,19 @@ _FRICTIONS: tuple[Form, ...] = tuple(
     for place, base in (("motor", K.BASE_COMMAND), ("load", K.BASE_SPEED))
     for make in (_coulomb, _presliding, _stribeck)
 )
-BY_TWIST: dict[Form, Form] = {form: _by_twist(form, "backlash", "contact") for form in _FRICTIONS}
-"""Frictions, and the same laws where they look at a twist: contact in a gap, which is held back within the
-step as friction is."""
+_HYSTERESIS = Form(
+    "other", "hysteresis of the spring", "law",
+    lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
+    lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
+    K.BRISTLE, K.BASE_TWIST_RATE,
+)  # fmt: skip
+BY_TWIST: dict[Form, Form] = {f: _by_twist(f, "backlash", "contact") for f in (*_FRICTIONS, _HYSTERESIS)}
+"""Laws, and the same where they look at a twist and take away what a spring passes on: contact in a gap."""
 
-REMEMBERING: dict[Form, Form] = {
+REMEMBERING: dict[Form, Form] = {_HYSTERESIS: _HYSTERESIS} | {
     form: _by_twist(form, "other", "hysteresis") for form in _FRICTIONS if form.law == K.BRISTLE
 }
-"""Those on bristles where these last for more than a sample: a spring with hysteresis."""
+"""Those on bristles that add to it: a spring with hysteresis."""
 
 FORMS: tuple[Form, ...] = (
     _rate(K.LATE_RATE, ""),
@@ -352,12 +357,6 @@ FORMS: tuple[Form, ...] = (
             Slot(K.ODD_CURVE, "odd", False, -0.45 / s.speed, 2 / s.speed),
         ),
         lambda _: [(0.0, 0.0)],
-    ),
-    Form(
-        "other", "hysteresis of the spring", "law",
-        lambda s: (Slot(0, "yield", True, 0.003 * _twist(s), 10 * _twist(s)),),
-        lambda s: [(share * _twist(s),) for share in (0.1, 1.0)],
-        K.BRISTLE, K.BASE_TWIST_RATE,
     ),
     Form(
         "other", "slip beyond the spring", "law",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
@@ -25,34 +26,51 @@ TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
 
 def named_by_sight(fit: JointFit) -> JointFit:
-    """The fit with frictions that look at a twist under the name of what does so; nothing else changes."""
+    """The fit with laws that look at a twist under the name of what does so; nothing else changes."""
     effects = list(fit.values.effects)
     for number, effect in enumerate(effects):
-        if (
-            effect.form in BY_TWIST
-            and effect.ports is not None
-            and effect.ports.signal
-            and sees_twist(fit, number)
-        ):
-            lasting = effect.form in REMEMBERING and remembers(fit, number)
-            effects[number] = replace(effect, form=(REMEMBERING if lasting else BY_TWIST)[effect.form])
+        if effect.form in BY_TWIST and sees_twist(fit, number):
+            adds = effect.form in REMEMBERING and not takes_away(fit, number)
+            effects[number] = replace(effect, form=(REMEMBERING if adds else BY_TWIST)[effect.form])
     if all(new.form is old.form for new, old in zip(effects, fit.values.effects, strict=True)):
         return fit
     return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)
 
 
 def sees_twist(fit: JointFit, number: int) -> bool:
-    """Whether the law of effect `number` looks at a twist."""
+    """Whether the law of effect `number` looks at a twist, or at its rate."""
+    effect = fit.values.effects[number]
+    if effect.form.base in TWISTS:
+        return True
+    if effect.ports is None or not effect.ports.signal:
+        return False
     by_speed, by_acceleration = shares_of_motion(fit, number)
     return by_acceleration > MOSTLY and by_speed < LITTLE * by_acceleration
 
 
-def remembers(fit: JointFit, number: int) -> bool:
-    """Whether the bristles of effect `number` are left behind by less than their length in the median sample:
-    what they have forgotten within one is a function of what the law looks at now, and closes no loop."""
-    row = fit.values.law_row(number)
-    signals = [fit.response.along(fit.values, i).signals[row] for i in range(len(fit.response.records))]
-    return float(np.median(np.abs(np.concatenate(signals)))) < float(fit.values.effects[number].values[0])
+def takes_away(fit: JointFit, number: int) -> bool:
+    """Whether effect `number` accelerates the axis against what all else does at that moment: in a gap
+    nothing of the drive's torque is passed on, where hysteresis makes a spring the stiffer."""
+    alone, by_law = [], []
+    for record in range(len(fit.response.records)):
+        run = fit.response.along(fit.values, record)
+        moved = moved_by(fit, number, run.torques[fit.values.law_row(number)])
+        by_law.append(np.diff(moved, 2))
+        alone.append(np.diff(run.w - moved, 2))
+    return float(np.concatenate(alone) @ np.concatenate(by_law)) < 0
+
+
+def moved_by(fit: JointFit, number: int, torque: FloatArray) -> FloatArray:
+    """What `torque` (samples,) of effect `number` adds to w (samples,) through its port."""
+    cascade, ports = fit.values.cascade, fit.values.effects[number].ports
+    assert ports is not None
+    before = np.concatenate([[0.0], torque[:-1]])
+    moved = lfilter([ports.direct[0]], [1.0, -ports.direct[1]], before)
+    for pole, weight in zip(cascade.real[0], ports.real, strict=True):
+        moved = moved + lfilter([weight], [1.0, -pole], before)
+    for (a1, a2), weights in zip(cascade.sections[:2].T, ports.sections.T, strict=True):
+        moved = moved + lfilter(weights, [1.0, -a1, a2], before)
+    return np.asarray(moved)
 
 
 def is_hidden_friction(fit: JointFit) -> bool:

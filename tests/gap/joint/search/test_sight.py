@@ -1,0 +1,50 @@
+"""A law over a twist is contact where it takes away what the drive passes on, hysteresis where it adds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from joint_axis import form, response_with, some_effect
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.gap.joint.search.sight import moved_by, named_by_sight, takes_away
+from bayes_hw.identify.growth.descent import evaluate
+
+HYSTERESIS = form("other", "hysteresis of the spring")
+
+
+def fit_with(effect: Effect) -> JointFit:
+    response, values = response_with((effect,), 400)
+    return JointFit(response, evaluate(response, response.coordinates(values)))
+
+
+def turned(effect: Effect) -> Effect:
+    """With its torque the other way."""
+    assert effect.ports is not None
+    ports = effect.ports
+    direct = ports.direct * np.array([-1.0, 1.0])
+    return replace(effect, ports=replace(ports, real=-ports.real, sections=-ports.sections, direct=direct))
+
+
+def test_what_a_torque_moves_is_what_is_lacking_without_it() -> None:
+    fit = fit_with(some_effect(HYSTERESIS))
+    run = fit.response.along(fit.values, 0)
+    without = fit.without("other")
+    lacking = run.w - without.response.along(without.values, 0).w
+    moved = moved_by(fit, 0, run.torques[0])
+    np.testing.assert_allclose(moved, lacking, atol=1e-9 * np.abs(run.w).max())
+    assert np.abs(moved).max() > 0
+
+
+@pytest.mark.parametrize("turn", [False, True])
+def test_the_name_follows_what_it_does_to_the_spring(turn: bool) -> None:
+    """As planted, and with the torque turned round: one of the two is contact in a gap, the other is not."""
+    effect = some_effect(HYSTERESIS)
+    fit, other = fit_with(turned(effect) if turn else effect), fit_with(effect if turn else turned(effect))
+    assert takes_away(fit, 0) != takes_away(other, 0)
+    (label,) = named_by_sight(fit).labels
+    assert label == ("backlash" if takes_away(fit, 0) else "other")
+    assert named_by_sight(fit).score == pytest.approx(fit.score)
