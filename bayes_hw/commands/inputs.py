@@ -129,7 +129,8 @@ def is_compared(parsed: argparse.Namespace) -> bool:
 
 def is_simulated(parsed: argparse.Namespace) -> bool:
     """Whether `enter` is given a model to simulate the records' commands with."""
-    return parsed.command == "diagnose" and (parsed.model is not None or case_folder(parsed) is not None)
+    names_one = getattr(parsed, "model", None) is not None or case_folder(parsed) is not None
+    return names_one and getattr(parsed, "command", None) == "diagnose"
 
 
 def case_folder(parsed: argparse.Namespace) -> str | None:

@@ -75,7 +75,8 @@ def some_effect(law: Form) -> Effect:
     """The form at a strength that shows."""
     start = law.starts(scale(SAMPLES))[0]
     if law.is_law:
-        stiff = law.label in ("cubic_stiffness", "other") or law.law == K.GAP
+        of_twist = law.base in (K.BASE_TWIST, K.BASE_TWIST_RATE)
+        stiff = law.label in ("cubic_stiffness", "other") or of_twist
         return torque(law, start, 1e-10 if stiff else 2e-4, 1e-5 if stiff else 0.02)
     slots = law.slots(scale(SAMPLES))
     values = [x + (0.01 if slot.lower < x else 0.02) for x, slot in zip(start, slots, strict=True)]

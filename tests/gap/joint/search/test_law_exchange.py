@@ -82,13 +82,14 @@ def test_a_friction_that_looks_at_a_twist_is_contact_in_a_gap(twist: bool) -> No
     assert named.score == pytest.approx(fit.score)
 
 
-@pytest.mark.parametrize(("length", "label"), [(1e-3, "backlash"), (1e3, "other")])
-def test_bristles_over_a_twist_are_a_spring_only_if_they_last(
-    length: float, label: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("taken", "label"), [(False, "other"), (True, "backlash")])
+def test_bristles_over_a_twist_are_a_spring_only_if_they_add_to_it(
+    taken: bool, label: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Shorter than what the law looks at in a sample they remember nothing: contact in a gap."""
+    """What takes away what a spring passes on is contact in a gap."""
     monkeypatch.setattr(sight, "sees_twist", lambda *_: True)
-    rub = replace(RUB, form=form("friction", "presliding, load"), values=np.array([length]))
+    monkeypatch.setattr(sight, "takes_away", lambda *_: taken)
+    rub = replace(RUB, form=form("friction", "presliding, load"), values=np.array([0.01]))
     assert named_by_sight(_fit(RUB, rub)).labels == (label,)
 
 
