@@ -35,12 +35,12 @@ def with_real_pole(
 
 
 def with_separate_pole(
-    structure: Structure, values: CascadeValues, pole: float
+    structure: Structure, values: CascadeValues, pole: float, residue: float = 0.0
 ) -> tuple[Structure, CascadeValues]:
-    """One more real pole of zero weight that stays real."""
+    """One more real pole, at rest, that stays real."""
     at = int(structure.integrator) + structure.real_poles
     starts = np.insert(values.starts, at, 0.0, axis=1)
-    real = np.concatenate([values.real, [[pole], [0.0]]], axis=1)
+    real = np.concatenate([values.real, [[pole], [residue]]], axis=1)
     return replace(structure, real_poles=structure.real_poles + 1), replace(values, real=real, starts=starts)
 
 
@@ -93,11 +93,9 @@ def repaired(structure: Structure, values: CascadeValues) -> CascadeValues | Non
         return None
     poles, residues = [], []
     for i in chosen:
-        root = np.sqrt(discriminant[i])
-        one, other = a1[i] / 2 + root, a1[i] / 2 - root
-        b1, b2 = values.sections[2:, i]
-        poles += [one, other]
-        residues += [(b1 * one + b2) / (one - other), (b1 * other + b2) / (other - one)]
+        for pole, residue in fractions_of(values.sections[:, i]):
+            poles.append(pole)
+            residues.append(residue)
     order = np.argsort(poles)
     poles_sorted, residues_sorted = np.array(poles)[order], np.array(residues)[order]
     if np.min(np.diff(poles_sorted)) < COINCIDING:
@@ -107,6 +105,14 @@ def repaired(structure: Structure, values: CascadeValues) -> CascadeValues | Non
         sections[:, i] = _section_of(poles_sorted[k : k + 2], residues_sorted[k : k + 2])
     same = np.allclose(np.sort(sections[0, chosen]), np.sort(a1[chosen]), rtol=0, atol=1e-12)
     return None if same else replace(values, sections=sections)
+
+
+def fractions_of(section: FloatArray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Pole and residue of both fractions of a section (4,) of two real poles, the larger pole first."""
+    a1, a2, b1, b2 = section
+    root = np.sqrt(a1 * a1 / 4 - a2)
+    one, other = a1 / 2 + root, a1 / 2 - root
+    return (one, (b1 * one + b2) / (one - other)), (other, (b1 * other + b2) / (other - one))
 
 
 def _section_of(poles: FloatArray, residues: FloatArray) -> FloatArray:

@@ -68,6 +68,11 @@ class Grown:
         return len(self.point.coordinates) + self.point.whitener.order + 1
 
     @property
+    def longest(self) -> int:
+        """Samples of the longest record."""
+        return max(len(record) for record in self.response.records)
+
+    @property
     def criterion(self) -> float:
         """Bayesian information criterion (Schwarz 1978, doi 10.1214/aos/1176344136), smaller is better."""
         return -2 * self.log_likelihood + self.parameters * float(np.log(self.point.samples))

@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import section_poles
-from bayes_hw.identify.growth.extension import without_section
+from bayes_hw.identify.growth.extension import fractions_of, with_separate_pole, without_section
 from bayes_hw.identify.growth.search import Grown
 
 RECORDS_LONG = 10
@@ -28,8 +28,7 @@ def stands_in(poles: FloatArray, longest: int) -> BoolArray:
 def with_one_integrator(item: Grown) -> Grown:
     """`item`, which has an integrator, with poles that stand in for it one with it, where the criterion asks
     for that."""
-    longest = max(len(record) for record in item.response.records)
-    structure, values = joined_to_integrator(item.structure, item.values, longest)
+    structure, values = joined_to_integrator(item.structure, item.values, item.longest)
     if structure is item.structure:
         return item
     again = Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
@@ -44,13 +43,12 @@ def joined_to_integrator(
     if not structure.integrator:
         return structure, values
     for number in reversed(range(structure.sections)):
-        a1, a2, b1, b2 = values.sections[:, number]
-        other, slow = sorted(section_poles(a1, a2), key=lambda pole: pole.real)
-        if slow.imag == 0 and stands_in(np.array([slow.real]), longest)[0]:
-            weights = (b1 * slow + b2) / (slow - other), (b1 * other + b2) / (other - slow)
+        section = values.sections[:, number]
+        poles = section_poles(*section[:2])
+        if np.all(poles.imag == 0) and stands_in(poles.real, longest).any():
             structure, values = without_section(structure, values, number)
-            for pole, weight in zip((slow, other), weights, strict=True):
-                structure, values = _with_pole(structure, values, pole.real, weight.real)
+            for pole, residue in fractions_of(section):
+                structure, values = with_separate_pole(structure, values, pole, residue)
     kept = ~stands_in(values.real[0], longest)
     if kept.all():
         return structure, values
@@ -60,12 +58,3 @@ def joined_to_integrator(
     residue = values.integrator_residue + float(values.real[1, ~kept].sum())
     smaller = replace(structure, real_poles=int(kept.sum()))
     return smaller, replace(values, integrator_residue=residue, real=values.real[:, kept], starts=starts)
-
-
-def _with_pole(
-    structure: Structure, values: CascadeValues, pole: float, residue: float
-) -> tuple[Structure, CascadeValues]:
-    """One more real pole, at rest."""
-    starts = np.insert(values.starts, 1 + structure.real_poles, 0.0, axis=1)
-    real = np.concatenate([values.real, [[pole], [residue]]], axis=1)
-    return replace(structure, real_poles=structure.real_poles + 1), replace(values, real=real, starts=starts)

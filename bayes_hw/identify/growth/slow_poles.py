@@ -44,16 +44,14 @@ DESCENTS = 3
 
 def slow_time_constants(item: Grown) -> tuple[float, float]:
     """The shortest and longest time constant, in samples, that count as slow."""
-    longest = max(len(record) for record in item.response.records)
-    return max(FEWEST_SAMPLES, FASTEST_SHARE * longest), SLOWEST_SHARE * longest
+    return max(FEWEST_SAMPLES, FASTEST_SHARE * item.longest), SLOWEST_SHARE * item.longest
 
 
 def slow_poles(item: Grown) -> int:
     """How many poles of G are slow, whatever their damping, besides the integrator and what stands in for
     it."""
-    longest = max(len(record) for record in item.response.records)
     poles = poles_of(item.values, integrator=False)
-    poles = poles[(poles.imag != 0) | ~stands_in(poles.real, longest)]
+    poles = poles[(poles.imag != 0) | ~stands_in(poles.real, item.longest)]
     shortest, _ = slow_time_constants(item)
     modulus = np.clip(np.abs(poles), 1e-12, 1.0)
     continuous = np.hypot(np.log(modulus), np.angle(poles))
@@ -132,8 +130,7 @@ def with_real_poles(item: Grown) -> Grown:
             structure, values = without_section(item.structure, item.values, number)
             residues = np.linalg.solve(np.array([[1.0, 1.0], [-poles[1], -poles[0]]]), [b1, b2])
             for pole, residue in zip(poles, residues, strict=True):
-                structure, values = with_separate_pole(structure, values, float(pole))
-                values.real[1, -1] = residue
+                structure, values = with_separate_pole(structure, values, float(pole), residue)
             split = Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
             if split.log_likelihood > item.log_likelihood - SEAM_NATS:
                 item = split

@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import BY_TWIST, REMEMBERING
+from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
 MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.5
@@ -54,23 +54,11 @@ def takes_away(fit: JointFit, number: int) -> bool:
     alone, by_law = [], []
     for record in range(len(fit.response.records)):
         run = fit.response.along(fit.values, record)
-        moved = moved_by(fit, number, run.torques[fit.values.law_row(number)])
+        torque = run.torques[fit.values.law_row(number)]
+        moved = through_port(fit.values, fit.values.effects[number], torque[None])[0]
         by_law.append(np.diff(moved, 2))
         alone.append(np.diff(run.w - moved, 2))
     return float(np.concatenate(alone) @ np.concatenate(by_law)) < 0
-
-
-def moved_by(fit: JointFit, number: int, torque: FloatArray) -> FloatArray:
-    """What `torque` (samples,) of effect `number` adds to w (samples,) through its port."""
-    cascade, ports = fit.values.cascade, fit.values.effects[number].ports
-    assert ports is not None
-    before = np.concatenate([[0.0], torque[:-1]])
-    moved = lfilter([ports.direct[0]], [1.0, -ports.direct[1]], before)
-    for pole, weight in zip(cascade.real[0], ports.real, strict=True):
-        moved = moved + lfilter([weight], [1.0, -pole], before)
-    for (a1, a2), weights in zip(cascade.sections[:2].T, ports.sections.T, strict=True):
-        moved = moved + lfilter(weights, [1.0, -a1, a2], before)
-    return np.asarray(moved)
 
 
 def is_hidden_friction(fit: JointFit) -> bool:

@@ -9,8 +9,9 @@ import pytest
 from joint_axis import form, response_with, some_effect
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import Effect
-from bayes_hw.gap.joint.search.sight import moved_by, named_by_sight, takes_away
+from bayes_hw.gap.joint.search.sight import named_by_sight, takes_away
 from bayes_hw.identify.growth.descent import evaluate
 
 HYSTERESIS = form("other", "hysteresis of the spring")
@@ -34,7 +35,7 @@ def test_what_a_torque_moves_is_what_is_lacking_without_it() -> None:
     run = fit.response.along(fit.values, 0)
     without = fit.without("other")
     lacking = run.w - without.response.along(without.values, 0).w
-    moved = moved_by(fit, 0, run.torques[0])
+    (moved,) = through_port(fit.values, fit.values.effects[0], run.torques)
     np.testing.assert_allclose(moved, lacking, atol=1e-9 * np.abs(run.w).max())
     assert np.abs(moved).max() > 0
 
