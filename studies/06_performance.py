@@ -152,7 +152,7 @@ def growth(case: Case, lengths: tuple[int, ...]) -> tuple[dict[int, float], dict
 
 def sampler_rates(case: Case, rounds: int, quick: bool) -> tuple[Rival, ...]:
     """Effective samples per CPU second of every sampler, one number a round, in turns."""
-    gradient, straight = StraightGradient(case.target, case.straightening), case.straight
+    gradient, straight = StraightGradient(case.target, case.reparameterisation), case.straight
     tune, draws, naive_steps = (100, 100, 200) if quick else (300, 2000, 2000)
     gradient_runs = {}
     for name, make, counts in (

@@ -41,7 +41,7 @@ class Case:
     start_seconds: float
 
     @property
-    def straightening(self) -> Reparameterisation:
+    def reparameterisation(self) -> Reparameterisation:
         found = Reparameterisation.of(self.target.parameters, self.target.records)
         assert found is not None
         return found
@@ -50,7 +50,7 @@ class Case:
     def straight(self) -> Laplace:
         """The Laplace approximation in straight coordinates."""
         mode = (self.start.coordinates, self.start.covariance)
-        return Laplace([mode], [self.target]).straightened(self.straightening)
+        return Laplace([mode], [self.target]).reparameterised(self.reparameterisation)
 
     def cloud(self, walkers: int, seed: int) -> FloatArray:
         """Points (walkers, parameters) about the mode, of 0.3 times the posterior's width."""
@@ -68,7 +68,7 @@ class Case:
             np.random.default_rng(seed),
             settings=settings,
             others=self.start.others,
-            straightening=self.straightening,
+            reparameterisation=self.reparameterisation,
         )
         return found, time.process_time() - begin
 

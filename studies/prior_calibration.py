@@ -226,9 +226,9 @@ def _sampled(
     covariance[n_axis:, n_axis:] = noise_covariance(estimate, len(record))
     covariance[:n_axis, :n_axis] = origin.covariance[:n_axis, :n_axis]
     mode = np.concatenate([coordinates, noise_mode])
-    straightening = Reparameterisation.of(axis.parameters, records)
+    reparameterisation = Reparameterisation.of(axis.parameters, records)
     sampling = sample(
-        target, mode, covariance, sampler_rng, settings=case.settings, straightening=straightening
+        target, mode, covariance, sampler_rng, settings=case.settings, reparameterisation=reparameterisation
     )
     return target(), sampling
 

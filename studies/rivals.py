@@ -79,11 +79,11 @@ class StraightGradient:
     """Log-posterior and gradient at one point of straight coordinates, compiled (forward sensitivities)."""
 
     target: LogPosterior
-    straightening: Reparameterisation
+    reparameterisation: Reparameterisation
 
     def arguments(self) -> tuple[Any, ...]:
         """What `log_posterior_and_gradient` takes after the point."""
-        target, straight = self.target, self.straightening
+        target, straight = self.target, self.reparameterisation
         naive = NaivePosterior(target)
         model, delay = target.axis.model, target.axis.model.linear.delay_samples
         u = np.concatenate(

@@ -30,7 +30,7 @@ from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.answer.white_choice import white_choice
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.simulator_case import SimulatorCase
-from bayes_hw.gap.criticism.block_functions import block_surprises
+from bayes_hw.gap.criticism.block_functions import block_negative_log_p
 from bayes_hw.gap.criticism.latent_force import free_residual
 from bayes_hw.gap.criticism.left_out import LeftOut, compare_left_out
 from bayes_hw.gap.criticism.residual_diagnostics import residual_diagnostics
@@ -210,9 +210,9 @@ def _criticism(asked: Question, attribution: Attribution, best: Explanation) -> 
     left = residual_diagnostics(best, inputs, asked.nominal_sigma)
     if not asked.noise_is_known:
         left = of_the_gap(left, best, attribution.base)
-    surprises = block_surprises(attribution.base.fit, inputs)
+    negative_log_p = block_negative_log_p(attribution.base.fit, inputs)
     ahead = is_far_ahead(attribution.explanations)
-    return remains_of(attribution.base, best, left, surprises, ahead)
+    return remains_of(attribution.base, best, left, negative_log_p, ahead)
 
 
 def diagnose_case(

@@ -131,7 +131,7 @@ def sample_followed(
         following.covariance,
         sampler_rng,
         settings=settings,
-        straightening=Reparameterisation.of(
+        reparameterisation=Reparameterisation.of(
             [target.parameters[row] for row in following.leading], target.records
         ),
         jobs=jobs,

@@ -164,7 +164,7 @@ def infer(
                 sampler_rng,
                 settings=settings,
                 others=origin.others,
-                straightening=Reparameterisation.of(axis.parameters, records),
+                reparameterisation=Reparameterisation.of(axis.parameters, records),
                 maps=maps,
                 jobs=jobs,
                 progress=progress,

@@ -104,7 +104,7 @@ class Laplace:
                 kept.append((mode, covariance))
         return replace(self, modes=kept)
 
-    def straightened(self, mapping: CoordinateMap) -> Laplace:
+    def reparameterised(self, mapping: CoordinateMap) -> Laplace:
         """The same in coordinates of straight limits."""
         return replace(self.carried(mapping), straight=True)
 

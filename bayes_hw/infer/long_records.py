@@ -169,7 +169,7 @@ def sample_long(
 
     Where the weights do not hold, once more with an expansion about the weighted draws.
     """
-    straightening = Reparameterisation.of(target.axis.parameters, target.records)
+    reparameterisation = Reparameterisation.of(target.axis.parameters, target.records)
     centre, covariance = origin.coordinates, origin.covariance
     for attempt in range(ATTEMPTS):
         with progress.stage("likelihood expanded over all samples"):
@@ -181,7 +181,7 @@ def sample_long(
             covariance,
             sampler_rng,
             settings=settings,
-            straightening=straightening,
+            reparameterisation=reparameterisation,
             jobs=jobs,
             progress=progress,
             checkpoint=checkpoint if attempt == 0 else None,

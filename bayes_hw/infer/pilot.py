@@ -125,7 +125,7 @@ def _steps(
 def _settled(
     laplace: Laplace, states: Sequence[EnsembleState], plan: Plan, pool: ThreadPoolExecutor
 ) -> tuple[FloatArray, FloatArray, list[EnsembleState]]:
-    """Chain and log-density of the last steps before sampling, as `_steps`, and the states without strays."""
+    """Chain and log-density of the last steps before sampling, as `_steps`, and the states without stuck."""
     (chain, log_probability), after = _steps(laplace, states, plan, SETTLING_STEPS, pool)
     each = zip(chain, log_probability, after, strict=True)
     return chain, log_probability, [without_strays(*ensemble) for ensemble in each]

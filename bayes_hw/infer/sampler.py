@@ -64,7 +64,7 @@ def sample(
     *,
     settings: SamplerSettings | None = None,
     others: Sequence[tuple[FloatArray, FloatArray]] = (),
-    straightening: CoordinateMap | None = None,
+    reparameterisation: CoordinateMap | None = None,
     maps: Sequence[CoordinateMap] = (),
     jobs: int = 1,
     progress: Progress | None = None,
@@ -77,12 +77,11 @@ def sample(
 
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
-    the walkers move in straight coordinates, where `straightening` gives some: see `bayes_hw.infer.pilot`.
-    Either way they do in the coordinates that `maps` lead to, one after the other.
+    the walkers move in straight coordinates, where `reparameterisation` gives some: see
+    `bayes_hw.infer.pilot`. Either way they do in the coordinates that `maps` lead to, one after the other.
     Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of
-    their proposals from then on at the side opposite to the walker.
-    `make_log_density` gives every ensemble a density of its own, so that they can run in `jobs` threads; the
-    numbers do not depend on `jobs`.
+    their proposals from then on at the side opposite to the walker. `make_log_density` gives every ensemble a
+    density of its own, so that they can run in `jobs` threads; the numbers do not depend on `jobs`.
     """
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
@@ -92,8 +91,8 @@ def sample(
     choices = [Laplace([(mode, covariance), *others], densities)]
     for mapping in maps:
         choices = [choices[0].carried(mapping)]
-    if straightening is not None:
-        choices.append(choices[0].straightened(straightening))
+    if reparameterisation is not None:
+        choices.append(choices[0].reparameterised(reparameterisation))
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)
     walkers = settings.walkers_for(len(mode))
     stored = checkpoint.load() if checkpoint is not None and resume else None

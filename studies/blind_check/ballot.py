@@ -14,7 +14,7 @@ from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.decide import best_of_sets, claims_of, remains_of
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
-from bayes_hw.gap.criticism.block_functions import block_surprises
+from bayes_hw.gap.criticism.block_functions import block_negative_log_p
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, residual_diagnostics
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose_case
 from bayes_hw.gap.fit.explanation import is_far_ahead
@@ -91,12 +91,12 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
     inputs, stated = [record.u for record in diagnosis.case.train], diagnosis.case.model.noise_sigma
     ahead = is_far_ahead(attribution.explanations)
     with np.errstate(all="ignore"):
-        surprises = block_surprises(attribution.base.fit, inputs)
+        negative_log_p = block_negative_log_p(attribution.base.fit, inputs)
         left = {
             key: _small(residual_diagnostics(best[key], inputs, stated)) for key in dict.fromkeys(foremost)
         }
     remains = {
-        key: remains_of(attribution.base, best[key], its, surprises, ahead) for key, its in left.items()
+        key: remains_of(attribution.base, best[key], its, negative_log_p, ahead) for key, its in left.items()
     }
     finite = {labels: claim for labels, claim in claims.items() if np.isfinite(claim.score)}
     return Ballot(finite, remains, tuple(labels))
@@ -104,7 +104,7 @@ def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibrat
 
 def _small(left: Sequence[ResidualDiagnostic]) -> list[ResidualDiagnostic]:
     """Those that can make a difference."""
-    return [item for item in left if item.surprise > 0 and item.size > 0]
+    return [item for item in left if item.negative_log_p > 0 and item.size > 0]
 
 
 def _eased(calibration: Calibration) -> Calibration:

@@ -33,7 +33,7 @@ def test_places_on_one_ridge_are_one_mode_and_two_peaks_are_two() -> None:
 
 
 @pytest.fixture
-def straightening(small_axis: HammersteinWiener) -> Reparameterisation:
+def reparameterisation(small_axis: HammersteinWiener) -> Reparameterisation:
     records = [measured(small_axis, 400, seed=1), measured(small_axis, 300, seed=2)]
     found = Reparameterisation.of(AxisParameters(small_axis).parameters, records)
     assert found is not None
@@ -41,7 +41,7 @@ def straightening(small_axis: HammersteinWiener) -> Reparameterisation:
 
 
 def test_probabilities_are_the_same_in_straight_coordinates(
-    small_axis: HammersteinWiener, straightening: Reparameterisation
+    small_axis: HammersteinWiener, reparameterisation: Reparameterisation
 ) -> None:
     """Draws of a normal distribution, carried over, weighed by density over that of a normal fitted to them
     there: the mean weight is the ratio of the normalizing constants, without the Jacobian it is far off."""
@@ -49,7 +49,9 @@ def test_probabilities_are_the_same_in_straight_coordinates(
     centre = np.array([float(p.transform.to_coordinate(np.asarray(p.nominal))) for p in nominal])
     target = Gaussian(len(centre))
     target.mean, target.precision = centre, np.eye(len(centre)) / 0.02**2
-    straight = Laplace([(centre, 0.02**2 * np.eye(len(centre)))], [target]).straightened(straightening)
+    straight = Laplace([(centre, 0.02**2 * np.eye(len(centre)))], [target]).reparameterised(
+        reparameterisation
+    )
     assert straight.straight
     mode, covariance = straight.modes[0]
     proposal = stats.multivariate_normal(mode, 1.5 * covariance)
@@ -59,9 +61,9 @@ def test_probabilities_are_the_same_in_straight_coordinates(
     assert weights.mean() == pytest.approx(exact, rel=5 * weights.std() / weights.mean() / np.sqrt(len(x)))
 
 
-def test_what_could_not_be_evaluated_is_counted_through(straightening: Reparameterisation) -> None:
+def test_what_could_not_be_evaluated_is_counted_through(reparameterisation: Reparameterisation) -> None:
     target = Gaussian(3)
-    straight = StraightDensity(target, straightening)
+    straight = StraightDensity(target, reparameterisation)
     straight.non_finite = 4
     assert target.non_finite == straight.non_finite == 4
     assert straight.names == target.names

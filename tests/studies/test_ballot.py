@@ -24,7 +24,7 @@ BALLOTED = Ballot(
     {
         (): Remains((ResidualDiagnostic("step", 100.0, 2.0),), gap=3.0),
         ("friction",): Remains((), loose=True),
-        PAIR: Remains((), drifts=True, excused=True, bent_gusts=0.5),
+        PAIR: Remains((), drifts=True, excused=True, bent_disturbance=0.5),
     },
     ("friction", "wind", "outliers"),
 )

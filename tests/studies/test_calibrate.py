@@ -62,9 +62,9 @@ def test_the_sharpness_of_blocks_that_made_the_cases_is_found() -> None:
     for label, block in LABEL_BLOCKS.items():
         blocks.setdefault(block, label)
     for _ in range(400):
-        surprises = dict(zip(blocks, rng.uniform(5.0, 20.0, len(blocks)).tolist(), strict=True))
-        odds = (1 + np.array(list(surprises.values()))) ** 3.5
-        ballot = Ballot({(): Claim(0.0)}, {(): Remains((), blocks=surprises)}, tuple(blocks.values()))
+        negative_log_p = dict(zip(blocks, rng.uniform(5.0, 20.0, len(blocks)).tolist(), strict=True))
+        odds = (1 + np.array(list(negative_log_p.values()))) ** 3.5
+        ballot = Ballot({(): Claim(0.0)}, {(): Remains((), blocks=negative_log_p)}, tuple(blocks.values()))
         true = str(rng.choice(list(blocks), p=odds / odds.sum()))
         cases.append(CalibrationCase.of(ballot, [blocks[true]]))
     fit = calibrate(cases, QUIET)

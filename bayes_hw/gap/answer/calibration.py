@@ -23,22 +23,22 @@ class Calibration:
     `bent_share` of wind through a path that an effect bends; `plain_surprise` and `plain_size` are the same
     of a function where every sample can be followed, which a right explanation leaves nothing of, however
     large the gap; `named_block` the probability of the named effects' blocks, as functions that name no cause
-    have it, at which "other" is even odds too, odds there being one plus a block's surprise to the power
-    `named_sharpness`; `block_sharpness` the same power where the probability of a block is stated;
+    have it, at which "other" is even odds too, odds there being one plus a block's negative log p-value to
+    the power `named_sharpness`; `block_sharpness` the same power where the probability of a block is stated;
     `chaos_predicted` the share of one chaotic effect's evidence at which "other" is even odds if functions of
-    command and motion take it; `left_sharpness` how fast the odds change with the logarithms of the surprise,
-    of that probability and of that share; `floor` the least doubt; `pair_ceiling` the largest probability of
-    a label in an answer of two, `other_ceiling` that of "other", since a search can have missed the cause;
-    `sigma_log_sd` how far a nominal noise may be off, in its logarithm, and `largest_penalty` the most that
-    noise unlike it costs an explanation, in log-evidence; `largest_doubt` the logarithm of the noise that is
-    left over the noise that is known, as far as it is believed where no explanation holds; `chaos_in_noise`
-    the share by which the noise may be off beside a chaotic response, some of whose motion passes for it;
-    `confusable_evidence` the tempered log-odds within which another label is left open; `small_share` what
-    one label may leave of the base model's root mean square error where no noise is known, for a second not
-    to be looked at; `failed_scale` how much farther the truth is from the best of the explanations that
-    failed than they are from one another; `astray_share` is how often base parameters are not
-    where an explanation's posterior has them, since it is not quite right, and `astray_scale` how much
-    farther off they are then.
+    command and motion take it; `left_sharpness` how fast the odds change with the logarithms of that
+    value, of that probability and of that share; `floor` the least doubt; `pair_ceiling` the largest
+    probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
+    missed the cause; `sigma_log_sd` how far a nominal noise may be off, in its logarithm, and
+    `largest_penalty` the most that noise unlike it costs an explanation, in log-evidence; `largest_doubt` the
+    logarithm of the noise that is left over the noise that is known, as far as it is believed where no
+    explanation holds; `chaos_in_noise` the share by which the noise may be off beside a chaotic response,
+    some of whose motion passes for it; `confusable_evidence` the tempered log-odds within which another label
+    is left open; `small_share` what one label may leave of the base model's root mean square error where no
+    noise is known, for a second not to be looked at; `failed_scale` how much farther the truth is from the
+    best of the explanations that failed than they are from one another; `astray_share` is how often base
+    parameters are not where an explanation's posterior has them, since it is not quite right, and
+    `astray_scale` how much farther off they are then.
     """
 
     temperature: float

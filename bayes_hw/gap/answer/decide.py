@@ -51,7 +51,7 @@ def _best_of_sets(explanations: Sequence[Explanation]) -> dict[Labels, Explanati
     """
     ahead = is_far_ahead(explanations)
     few = (e for e in explanations if len(e.labels) <= MOST_LABELS)
-    return best_of_each((e for e in few if ahead or not e.lost_motion), lambda e: e.labels)
+    return best_of_each((e for e in few if ahead or not e.chaotic_response), lambda e: e.labels)
 
 
 def score(explanation: Explanation, nominal_sigma: float, calibration: Calibration) -> float:
@@ -144,10 +144,10 @@ def remains_of(
     base: Explanation,
     explanation: Explanation,
     left: Sequence[ResidualDiagnostic],
-    surprises: Mapping[str, float],
+    negative_log_p: Mapping[str, float],
     far_ahead: bool = False,
 ) -> Remains:
-    """What an explanation leaves, and what may be expected of it; `surprises` are those of the blocks.
+    """What an explanation leaves, and what may be expected of it; `negative_log_p` are those of the blocks.
 
     Where a chaotic effect is `far_ahead` (`is_far_ahead`), what it leaves is no sign of another cause.
     """
@@ -155,17 +155,17 @@ def remains_of(
     return Remains(
         tuple(left),
         gap=_gap(base, explanation),
-        bent_gusts=float(explanation.bent_gusts / sigma),
+        bent_disturbance=float(explanation.bent_disturbance / sigma),
         loose=explanation.display is not None or explanation.chaotic,
         drifts=explanation.drifts,
         excused=far_ahead and explanation.chaotic,
-        blocks=with_floor(surprises, is_in_the_scatter(left)),
+        blocks=with_floor(negative_log_p, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
-        predicted=_predicted(base, explanation, surprises),
+        predicted=_predicted(base, explanation, negative_log_p),
     )
 
 
-def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[str, float]) -> float:
+def _predicted(base: Explanation, explanation: Explanation, negative_log_p: Mapping[str, float]) -> float:
     """What functions of command, motion and time take of one chaotic effect's evidence over the base.
 
     Little of backlash that cannot be predicted, much of a spring that passes for it. Nothing is said of two
@@ -174,7 +174,7 @@ def _predicted(base: Explanation, explanation: Explanation, surprises: Mapping[s
     gain = explanation.log_evidence - base.log_evidence
     if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:
         return 0.0
-    return float(max(surprises.values()) / gain)
+    return float(max(negative_log_p.values()) / gain)
 
 
 def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:

@@ -40,19 +40,19 @@ class Claim:
 
 @dataclass(frozen=True)
 class Remains:
-    """What the chosen explanation leaves: `gap` of the base and `bent_gusts` in units of the noise.
+    """What the chosen explanation leaves: `gap` of the base and `bent_disturbance` in units of the noise.
 
     `loose` where the effect itself cannot be followed sample by sample, `drifts` where slow noise is part of
     the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
-    for a line in its spectrum: chaos has none. `blocks` is by block the surprise, in nats, of what functions
-    that name no cause take of the base's gap, `named` the blocks of the effects that explain it, none where
-    that says nothing of them. `predicted` is, of one effect whose motion is said to be chaotic, what those
-    functions take of its log-evidence over the base.
+    for a line in its spectrum: chaos has none. `blocks` is by block the negative_log_p, in nats, of what
+    functions that name no cause take of the base's gap, `named` the blocks of the effects that explain it,
+    none where that says nothing of them. `predicted` is, of one effect whose motion is said to be chaotic,
+    what those functions take of its log-evidence over the base.
     """
 
     leftovers: tuple[ResidualDiagnostic, ...]
     gap: float = 0.0
-    bent_gusts: float = 0.0
+    bent_disturbance: float = 0.0
     loose: bool = False
     drifts: bool = False
     excused: bool = False
@@ -61,9 +61,9 @@ class Remains:
     predicted: float = 0.0
 
     def probability_of_blocks(self, sharpness: float) -> dict[str, float]:
-        """Of every block that the gap of the base enters there; odds are one plus a block's surprise to the
-        power `sharpness`."""
-        odds = {block: (1 + surprise) ** sharpness for block, surprise in self.blocks.items()}
+        """Of every block that the gap of the base enters there; odds are one plus a block's negative log
+        p-value to the power `sharpness`."""
+        odds = {block: (1 + value) ** sharpness for block, value in self.blocks.items()}
         total = sum(odds.values())
         return {block: value / total for block, value in odds.items()}
 
@@ -71,7 +71,7 @@ class Remains:
         """What even a right explanation may leave, in units of the noise: shares of the gap of the base and
         of wind through a path that bends."""
         share = calibration.loose_share if self.loose else calibration.left_share
-        return math.hypot(self.gap * share, calibration.bent_share * self.bent_gusts)
+        return math.hypot(self.gap * share, calibration.bent_share * self.bent_disturbance)
 
 
 @dataclass(frozen=True)
@@ -117,10 +117,10 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """Odds that what is left is structure, larger than is expected beside the noise, that the cause is in a
     block where nothing that is named enters, or that what is called chaos follows the command after all.
 
-    A small remainder of a wrong explanation is told by a function of much surprise, since right ones that can
-    be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up most of a
-    wrong response: of what a free function of command or motion would explain, or gusts that follow them,
-    less then counts. A free torque in time is what slow noise is itself.
+    A small remainder of a wrong explanation is told by a function of much negative_log_p, since right ones
+    that can be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up
+    most of a wrong response: of what a free function of command or motion would explain, or gusts that follow
+    them, less then counts. A free torque in time is what slow noise is itself.
     """
     odds = -math.inf
     if remains.named:
@@ -133,7 +133,7 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
         )
     size = math.hypot(calibration.left_size, remains.expected(calibration))
     for item in remains.leftovers:
-        if item.surprise <= 0 or item.size <= 0:
+        if item.negative_log_p <= 0 or item.size <= 0:
             continue
         hidden = remains.drifts and item.kind.startswith((FUNCTION, GUSTS)) and item.kind != SLOW_TORQUE
         even = calibration.slow_left_surprise if hidden else calibration.left_surprise
@@ -144,10 +144,10 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     return 1 / (1 + math.exp(-min(max(odds, -30.0), 30.0)))
 
 
-def _log_odds(item: ResidualDiagnostic, surprise: float, size: float, calibration: Calibration) -> float:
-    """That what is left counts, even where it has just this `surprise` or just this `size`."""
-    by_surprise, by_size = math.log(item.surprise / surprise), 2 * math.log(item.size / size)
-    return calibration.left_sharpness * min(by_surprise, by_size)
+def _log_odds(item: ResidualDiagnostic, even: float, size: float, calibration: Calibration) -> float:
+    """That what is left counts, even where it has just this negative log p-value or just this `size`."""
+    by_p_value, by_size = math.log(item.negative_log_p / even), 2 * math.log(item.size / size)
+    return calibration.left_sharpness * min(by_p_value, by_size)
 
 
 def judge(

@@ -70,8 +70,8 @@ def notes_on(
             f"{case.model.units.output} rms does not repeat, of an error of {attribution.base.fit.rmse:.3g} "
             "of the simulator; the noise floor is taken to be no higher"
         )
-    if decision.explanation.lost_motion and decision.answer != (OTHER,):
-        notes.append(_of_lost_motion(decision.explanation, case.model.units.output))
+    if decision.explanation.chaotic_response and decision.answer != (OTHER,):
+        notes.append(_of_chaotic_response(decision.explanation, case.model.units.output))
     if decision.answer == (OTHER,):
         notes.append(
             "no model here holds: base parameters are given about the best explanation that failed, as far "
@@ -94,7 +94,7 @@ def of_left_out(chosen: tuple[str, ...], left_out: Mapping[tuple[str, ...], Left
     ]
 
 
-def _of_lost_motion(explanation: Explanation, unit: str) -> str:
+def _of_chaotic_response(explanation: Explanation, unit: str) -> str:
     label = next(effect.label for effect in explanation.fit.hypothesis.effects if effect.rugged)
     square = np.mean(np.concatenate(explanation.fit.free_residuals) ** 2)
     lost = np.sqrt(max(float(square) - explanation.encoder_sigma**2, 0.0))

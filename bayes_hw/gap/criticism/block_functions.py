@@ -36,8 +36,8 @@ from bayes_hw.gap.criticism.free_functions import (
 )
 from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
+from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
 from bayes_hw.gap.criticism.springs import shapes_of_springs
-from bayes_hw.gap.criticism.surprise import chi_squared_surprise
 from bayes_hw.gap.effects.labels import BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background, wind
@@ -147,7 +147,7 @@ def _shown(chain: SignalChain, found: Sequence[Motion], shapes: Shapes) -> dict[
     return shown
 
 
-def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
+def block_negative_log_p(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     """How surprising, in nats, what the best function of every block takes of the residuals of `fit` is.
 
     `inputs` are the commands (samples,), a record each. Zero for a block that has no door. Where a torque
@@ -158,11 +158,11 @@ def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     chain = fit.hypothesis.chain(fit.values)
     shown = _shown(chain, moved, shapes_for_any_cause(moved, chain, fit.hypothesis.scale))
     walk, torque = wandering_background(fit), wind(fit)
-    by_walk = _surprises(shown, fit, walk)
+    by_walk = _negative_log_p(shown, fit, walk)
     found = _best_of_blocks(by_walk)
     if torque is None or torque.log_likelihood < walk.log_likelihood + TORQUE_AHEAD:
         return found
-    beside_torque = _best_of_blocks(_surprises(shown, fit, torque.whitener))
+    beside_torque = _best_of_blocks(_negative_log_p(shown, fit, torque.whitener))
     if max(beside_torque.values()) >= ALL_TAKEN:
         return found
     steady = max(by_walk.get(name, 0.0) for name in STEADY_AT_THE_INPUT)
@@ -173,23 +173,23 @@ def block_surprises(fit: Fit, inputs: Sequence[FloatArray]) -> dict[str, float]:
     }
 
 
-def _surprises(shown: Mapping[str, Sequence[FloatArray]], fit: Fit, noise: Whitener) -> dict[str, float]:
+def _negative_log_p(shown: Mapping[str, Sequence[FloatArray]], fit: Fit, noise: Whitener) -> dict[str, float]:
     """Of every function in nats, beside `noise`."""
     functions = free_functions(shown, fit.residuals, fit.jacobians, noise)
-    return {f.block: chi_squared_surprise(2 * f.gain, f.shapes) for f in functions}
+    return {f.block: chi_squared_negative_log_p(2 * f.gain, f.shapes) for f in functions}
 
 
-def _best_of_blocks(surprises: Mapping[str, float]) -> dict[str, float]:
+def _best_of_blocks(negative_log_p: Mapping[str, float]) -> dict[str, float]:
     found: dict[str, float] = dict.fromkeys(BLOCKS, 0.0)
-    for name, surprise in surprises.items():
-        found[BLOCK_OF[name]] = max(found[BLOCK_OF[name]], surprise)
+    for name, value in negative_log_p.items():
+        found[BLOCK_OF[name]] = max(found[BLOCK_OF[name]], value)
     return found
 
 
-def with_floor(surprises: Mapping[str, float], scattered: bool) -> dict[str, float]:
-    """`block_surprises` with the least that the sensor has.
+def with_floor(negative_log_p: Mapping[str, float], scattered: bool) -> dict[str, float]:
+    """`block_negative_log_p` with the least that the sensor has.
 
     `scattered` says that what is left of the best explanation is in the scatter of single samples.
     """
     floor = FLOOR_OF_SCATTER if scattered else FLOOR
-    return {**surprises, "sensor": max(surprises["sensor"], floor)}
+    return {**negative_log_p, "sensor": max(negative_log_p["sensor"], floor)}

@@ -19,7 +19,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.criticism.free_functions import Motion, free_functions, knots_in_time, responses_of
-from bayes_hw.gap.criticism.surprise import chi_squared_surprise
+from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background
 from bayes_hw.gap.noise.state_noise import StateNoise, View
@@ -41,15 +41,15 @@ class Unevenness(NamedTuple):
     variance that is missing where it is weaker."""
 
     regime: str
-    surprise: float
+    negative_log_p: float
     share: float
 
 
 class Steadiness(NamedTuple):
-    """By how many nats a constant surprises more than what changes beside it, and the mean square, output
-    units, of what it takes."""
+    """By how many nats a constant negative_log_p more than what changes beside it, and the mean square,
+    output units, of what it takes."""
 
-    surprise: float
+    negative_log_p: float
     square: float
 
 
@@ -63,9 +63,9 @@ def steadiness(fit: Fit, found: Sequence[Motion]) -> Steadiness:
     noise = wandering_background(fit)
     shown = {"constant": constant, "both": both}
     alone, together = free_functions(shown, fit.residuals, fit.jacobians, noise)
-    beside = chi_squared_surprise(2 * (together.gain - alone.gain), together.shapes - alone.shapes)
-    surprise = chi_squared_surprise(2 * alone.gain, alone.shapes) - beside
-    return Steadiness(max(surprise, 0.0), alone.size**2)
+    beside = chi_squared_negative_log_p(2 * (together.gain - alone.gain), together.shapes - alone.shapes)
+    negative_log_p = chi_squared_negative_log_p(2 * alone.gain, alone.shapes) - beside
+    return Steadiness(max(negative_log_p, 0.0), alone.size**2)
 
 
 def regimes_of(found: Sequence[Motion], rate: float) -> dict[str, list[BoolArray]]:
@@ -98,11 +98,11 @@ def unevenness(
             changes = [_log_strengths(mask, log_strength) for mask in masks]
             uneven = tuple(v._replace(strength=np.exp(c)) for v, c in zip(views, changes, strict=True))
             gain = replace(noise, views=uneven).fitted_to(residuals).log_likelihood - even
-            surprise = chi_squared_surprise(2 * gain, 1)
-            if surprise > best.surprise:
+            negative_log_p = chi_squared_negative_log_p(2 * gain, 1)
+            if negative_log_p > best.negative_log_p:
                 most = max(float(np.ptp(c)) for c in changes)
-                best = Unevenness(name, surprise, 1 - float(np.exp(-most)))
-    return best._replace(surprise=max(best.surprise - float(np.log(max(told, 1))), 0.0))
+                best = Unevenness(name, negative_log_p, 1 - float(np.exp(-most)))
+    return best._replace(negative_log_p=max(best.negative_log_p - float(np.log(max(told, 1))), 0.0))
 
 
 def _log_strengths(mask: BoolArray, inside: float) -> FloatArray:

@@ -31,7 +31,7 @@ from bayes_hw.gap.criticism.free_functions import (
 )
 from bayes_hw.gap.criticism.heteroscedasticity import regimes_of, steadiness, unevenness
 from bayes_hw.gap.criticism.memories import shapes_of_memories
-from bayes_hw.gap.criticism.surprise import chi_squared_surprise
+from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
 from bayes_hw.gap.criticism.variance_inflation import free_functions_with_free_variance
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
@@ -54,7 +54,7 @@ KURTOSIS_OF_BURSTS = 10.0
 LOWEST_LINE = 12
 """Of the padded periodogram: slower sines are drift."""
 
-LARGEST_SURPRISE = 1e4
+LARGEST_NEGATIVE_LOG_P = 1e4
 
 STATED_LOG_SD = 0.13
 """How far a stated noise is off, in its logarithm."""
@@ -67,17 +67,17 @@ GUSTS = "gusts"
 
 STEADY = "constant command"
 
-SURPRISE_OF_STRUCTURE = 9.0
+STRUCTURE_NEGATIVE_LOG_P = 9.0
 SMALLEST_STRUCTURE = 0.12
 """Minus log of a tail probability, and size in sigma, beyond which a search for causes goes on."""
 
 
 @dataclass(frozen=True)
 class ResidualDiagnostic:
-    """One description: what it is, its `surprise` (negative log p-value), its size in sigma."""
+    """One description: what it is, its `negative_log_p` value, its size in sigma."""
 
     kind: str
-    surprise: float
+    negative_log_p: float
     size: float
 
 
@@ -104,7 +104,9 @@ def residual_diagnostics(
         functions = free_functions_with_free_variance(shown, residuals, fit, fit.whitener)
     else:
         functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
-    found += [(_named(f.block), chi_squared_surprise(2 * f.gain, f.shapes), f.size**2) for f in functions]
+    found += [
+        (_named(f.block), chi_squared_negative_log_p(2 * f.gain, f.shapes), f.size**2) for f in functions
+    ]
     if explanation.display is None and not rounded:
         found += [_spectrum(residuals, white), _spread(moved, white, sigma)]
         if stochastic is None or not stochastic.isolates:
@@ -113,32 +115,34 @@ def residual_diagnostics(
         found.append(_unstated_noise(sigma, stated_sigma))
     if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
         uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
-        found.append((f"{GUSTS} {uneven.regime}".strip(), uneven.surprise, stochastic.size**2 * uneven.share))
+        found.append(
+            (f"{GUSTS} {uneven.regime}".strip(), uneven.negative_log_p, stochastic.size**2 * uneven.share)
+        )
         if stochastic.cause.through_axis:
             found.append((STEADY, *steadiness(fit, moved)))
     return sorted(
         (
             ResidualDiagnostic(
                 kind,
-                float(np.clip(surprise, 0.0, LARGEST_SURPRISE)),
+                float(np.clip(negative_log_p, 0.0, LARGEST_NEGATIVE_LOG_P)),
                 float(np.sqrt(max(square, 0.0))) / sigma,
             )
-            for kind, surprise, square in found
+            for kind, negative_log_p, square in found
         ),
-        key=lambda left: -left.surprise,
+        key=lambda left: -left.negative_log_p,
     )
 
 
 def _unstated_noise(sigma: float, stated_sigma: float) -> tuple[str, float, float]:
     """Noise of the encoder above the stated one, which is known but roughly."""
-    surprise = -float(norm.logsf(np.log(sigma / stated_sigma) / STATED_LOG_SD))
-    return UNSTATED_NOISE, surprise, sigma**2 - stated_sigma**2
+    negative_log_p = -float(norm.logsf(np.log(sigma / stated_sigma) / STATED_LOG_SD))
+    return UNSTATED_NOISE, negative_log_p, sigma**2 - stated_sigma**2
 
 
 def leaves_structure(explanation: Explanation, inputs: Sequence[FloatArray]) -> bool:
     """Whether anything is left that a further effect could be the cause of."""
     return any(
-        left.surprise > SURPRISE_OF_STRUCTURE and left.size > SMALLEST_STRUCTURE
+        left.negative_log_p > STRUCTURE_NEGATIVE_LOG_P and left.size > SMALLEST_STRUCTURE
         for left in residual_diagnostics(explanation, inputs)
     )
 
@@ -147,8 +151,12 @@ def is_in_the_scatter(left: Sequence[ResidualDiagnostic]) -> bool:
     """Whether anything is left, and in the scatter of single samples more than in their mean."""
     if not left:
         return False
-    most = max(left, key=lambda item: item.surprise * item.size)
-    return most.surprise > SURPRISE_OF_STRUCTURE and most.kind in ("spread", "heavy tails", UNSTATED_NOISE)
+    most = max(left, key=lambda item: item.negative_log_p * item.size)
+    return most.negative_log_p > STRUCTURE_NEGATIVE_LOG_P and most.kind in (
+        "spread",
+        "heavy tails",
+        UNSTATED_NOISE,
+    )
 
 
 def _named(block: str) -> str:
@@ -177,13 +185,13 @@ def _line(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple
     length = 4 * max(len(w) for w in white)
     power = np.sum([np.abs(np.fft.rfft(w, length)) ** 2 / max(float(w @ w), 1e-300) for w in white], axis=0)
     peak = LOWEST_LINE + int(np.argmax(power[LOWEST_LINE:]))
-    surprise = -float(gamma.logsf(power[peak], len(white))) - np.log(len(power))
+    negative_log_p = -float(gamma.logsf(power[peak], len(white))) - np.log(len(power))
     omega = 2 * np.pi * peak / length
     taken = 0.0
     for e in residuals:
         columns = np.stack([np.cos(omega * np.arange(len(e))), np.sin(omega * np.arange(len(e)))], axis=1)
         taken += float(np.sum((columns @ np.linalg.lstsq(columns, e, rcond=None)[0]) ** 2))
-    return LINE, surprise, taken / sum(len(e) for e in residuals)
+    return LINE, negative_log_p, taken / sum(len(e) for e in residuals)
 
 
 def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> tuple[str, float, float]:
@@ -193,7 +201,11 @@ def _spectrum(residuals: Sequence[FloatArray], white: Sequence[FloatArray]) -> t
     samples = sum(len(e) for e in residuals)
     statistic = -2 * samples * np.log(max(ratio, 1e-12))
     mean_square = float(np.mean(np.concatenate(residuals) ** 2))
-    return "spectrum", chi_squared_surprise(float(statistic), FLEXIBLE_ORDER), mean_square * (1 - ratio**2)
+    return (
+        "spectrum",
+        chi_squared_negative_log_p(float(statistic), FLEXIBLE_ORDER),
+        mean_square * (1 - ratio**2),
+    )
 
 
 def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple[str, float, float]:
@@ -202,7 +214,7 @@ def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple
     Noise that wanders has many changes of like size; a step is one far larger than all the rest. Means over
     samples that are `hidden` do not count.
     """
-    surprise, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
+    negative_log_p, taken, samples = 0.0, 0.0, sum(len(e) for e in residuals)
     for e, gaps in zip(residuals, hidden, strict=True):
         sums, before = (np.concatenate([[0.0], np.cumsum(x)]) for x in (e, gaps))
         middle = np.arange(STEP_MARGIN, len(e) - STEP_MARGIN)
@@ -212,10 +224,10 @@ def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple
         change = (sums[middle + STEP_MARGIN] - 2 * sums[middle] + sums[middle - STEP_MARGIN]) / STEP_MARGIN
         usual = 1.4826 * float(np.median(np.abs(change - np.median(change))))
         at = int(np.argmax(np.abs(change)))
-        surprise += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
+        negative_log_p += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
         share = float(middle[at]) / len(e)
         taken += len(e) * share * (1 - share) * float(change[at]) ** 2
-    return "step", surprise, taken / samples
+    return "step", negative_log_p, taken / samples
 
 
 def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:
@@ -234,7 +246,7 @@ def _spread(found: Sequence[Motion], white: Sequence[FloatArray], sigma: float) 
     changing = float(
         np.sqrt(max(float(amplitude @ amplitude) - len(amplitude) * np.var(square), 0.0) / len(square))
     )
-    return "spread", chi_squared_surprise(statistic, len(amplitude)), changing * sigma**2
+    return "spread", chi_squared_negative_log_p(statistic, len(amplitude)), changing * sigma**2
 
 
 def _tails(white: Sequence[FloatArray], sigma: float) -> tuple[str, float, float]:

@@ -58,8 +58,9 @@ class Explanation:
 
     @property
     def cause_of_noise(self) -> StochasticFit | None:
-        """The stochastic effect; of noise that stands for `lost_motion` what is beside it, if anything."""
-        if self.stochastic is None or not self.lost_motion:
+        """The stochastic effect; of noise that stands for `chaotic_response` what is beside it, if
+        anything."""
+        if self.stochastic is None or not self.chaotic_response:
             return self.stochastic
         return self.stochastic.second
 
@@ -74,7 +75,7 @@ class Explanation:
         return self.fit.hypothesis.followed
 
     @property
-    def lost_motion(self) -> bool:
+    def chaotic_response(self) -> bool:
         """Whether slow noise, or what the measured output corrects, stands for motion of a chaotic effect
         that no simulation can follow."""
         if self.followed is not None:
@@ -135,7 +136,7 @@ class Explanation:
         return self.stochastic is not None and self.stochastic.drifts
 
     @property
-    def bent_gusts(self) -> float:
+    def bent_disturbance(self) -> float:
         """Root mean square of a random torque, output units, whose path an effect bends."""
         if self.stochastic is None or not self.stochastic.cause.through_axis:
             return 0.0

@@ -189,12 +189,12 @@ def seek_chaos(search: Search) -> None:
     chaotic = ChaoticSearch(
         search.base, search.measured, search.effects, search.plain, search.stochastic, search.each
     )
-    if not search.best.lost_motion:
+    if not search.best.chaotic_response:
         search.found += chaotic.beside(search.found)
     best = search.best
     if best.followed is not None:
         search.found += search.following.partners(best)
-    elif best.lost_motion:
+    elif best.chaotic_response:
         search.found += chaotic.partners(best)
 
 

@@ -175,7 +175,7 @@ def left_section(diagnosis: Diagnosis) -> Section:
     table = Table(
         ("what is left", "chance in noise alone", "size / noise"),
         tuple(
-            (left.kind, format_p_value(min(1.0, math.exp(-left.surprise))), f"{left.size:.2f}")
+            (left.kind, format_p_value(min(1.0, math.exp(-left.negative_log_p))), f"{left.size:.2f}")
             for left in diagnosis.decision.leftovers
         ),
         f"What stays beside {diagnosis.decision.explanation.name}: descriptions that name no cause, each "

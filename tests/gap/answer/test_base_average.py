@@ -41,7 +41,7 @@ def explanation(
         encoder_sigma=NOISE,
         chaotic=False,
         cannot_be_predicted=False,
-        lost_motion=False,
+        chaotic_response=False,
     )
 
 

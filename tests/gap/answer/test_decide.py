@@ -35,10 +35,10 @@ class Stub:
     encoder_sigma: float = 1.0
     stochastic: Any = None
     chaotic: bool = False
-    lost_motion: bool = False
+    chaotic_response: bool = False
     at_odds_with_prior: bool = False
     display: Any = None
-    bent_gusts: float = 0.0
+    bent_disturbance: float = 0.0
     followed: Any = None
     builder: Any = OWN_SIMULATOR
     cause_of_noise: Any = None
@@ -88,7 +88,7 @@ def test_no_more_than_two_effects_are_judged() -> None:
 def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
     evidence: float, counted: float
 ) -> None:
-    lost = Stub(("backlash",), evidence, chaotic=True, lost_motion=True)
+    lost = Stub(("backlash",), evidence, chaotic=True, chaotic_response=True)
     stubs = [Stub((), 0), Stub(("backlash",), 300, chaotic=True), lost, Stub(("friction",), 299)]
     best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
     assert best["backlash",].log_evidence == counted
@@ -98,7 +98,7 @@ def test_lost_motion_counts_only_far_ahead_of_all_that_can_be_predicted(
 @pytest.mark.parametrize(("evidence", "counted"), [(351.0, 351.0), (345.0, 300.0)])
 def test_so_does_motion_that_had_to_be_followed(evidence: float, counted: float) -> None:
     """A spring that jumps: the free simulation counts unless what was followed is far ahead of it."""
-    followed = Stub(("cubic_stiffness",), evidence, lost_motion=True, followed="measured")
+    followed = Stub(("cubic_stiffness",), evidence, chaotic_response=True, followed="measured")
     stubs = [Stub((), 0), Stub(("cubic_stiffness",), 300), followed, Stub(("friction",), 299)]
     best = best_of_sets(SimpleNamespace(explanations=stubs))  # type: ignore[arg-type]
     assert best["cubic_stiffness",].log_evidence == counted
@@ -170,7 +170,7 @@ def test_beside_chaos_a_second_effect_must_be_far_ahead(
     """By more than small changes of a chaotic motion make, and without base parameters that either effect
     alone does not need as far off."""
     wind = slow("wind", 4.0)
-    lost = {"rmse": 4.0, "stochastic": wind, "chaotic": True, "lost_motion": True}
+    lost = {"rmse": 4.0, "stochastic": wind, "chaotic": True, "chaotic_response": True}
     alone = Stub(("backlash",), 200, at_odds_with_prior=alone_too, **lost)
     both = Stub(("backlash", "friction"), evidence, at_odds_with_prior=strained, **lost)
     friction = Stub(("friction",), 100, at_odds_with_prior=alone_too)
@@ -198,7 +198,7 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     rounded = Stub(("timing_jitter",), 9, rmse=1.0, display=object())
     gap = 24**0.5
     assert expected(base, plain) == pytest.approx(CONSTANTS.left_share * gap)
-    bent = Stub(("cubic_stiffness", "wind"), 9, rmse=1.0, bent_gusts=3.0)
+    bent = Stub(("cubic_stiffness", "wind"), 9, rmse=1.0, bent_disturbance=3.0)
     assert expected(base, bent) == pytest.approx(np.hypot(CONSTANTS.left_share * gap, 0.2 * 3.0))
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
 

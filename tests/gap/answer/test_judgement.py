@@ -71,8 +71,10 @@ def test_a_pair_counts_for_both_labels() -> None:
 def test_other_needs_gain_and_size() -> None:
     """Even odds at both thresholds, joined by what is expected; one without the other is nothing."""
 
-    def other(surprise: float, size: float, gap: float = 0.0) -> float:
-        return probability_of_other(Remains((ResidualDiagnostic("step", surprise, size),), gap), CONSTANTS)
+    def other(negative_log_p: float, size: float, gap: float = 0.0) -> float:
+        return probability_of_other(
+            Remains((ResidualDiagnostic("step", negative_log_p, size),), gap), CONSTANTS
+        )
 
     assert other(40.0, 0.3) == pytest.approx(0.5)
     assert other(4000.0, 0.9) > 0.95
@@ -95,10 +97,14 @@ def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
     def other(left: ResidualDiagnostic, **remains: bool) -> float:
         return probability_of_other(Remains((left,), gap=20.0, **remains), CONSTANTS)
 
-    surprise, size = CONSTANTS.plain_surprise, CONSTANTS.plain_size
-    left = ResidualDiagnostic("function at sensor in detail", 4 * surprise, 3 * size)
+    negative_log_p, size = CONSTANTS.plain_surprise, CONSTANTS.plain_size
+    left = ResidualDiagnostic("function at sensor in detail", 4 * negative_log_p, 3 * size)
     assert other(left) > 0.9
-    assert other(replace(left, size=size)) == other(replace(left, surprise=surprise)) == pytest.approx(0.5)
+    assert (
+        other(replace(left, size=size))
+        == other(replace(left, negative_log_p=negative_log_p))
+        == pytest.approx(0.5)
+    )
     assert max(other(left, loose=True), other(left, drifts=True), other(replace(left, kind="spread"))) < 0.3
 
 

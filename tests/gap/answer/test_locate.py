@@ -24,7 +24,7 @@ from bayes_hw.gap.answer.locate import (
     regime_masks,
     regime_ratios,
 )
-from bayes_hw.gap.criticism.block_functions import block_surprises, with_floor
+from bayes_hw.gap.criticism.block_functions import block_negative_log_p, with_floor
 from bayes_hw.gap.criticism.free_functions import motions
 from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
@@ -58,8 +58,8 @@ def located(
 ) -> Location:
     """What is said of `residuals` where these are the leftovers."""
     found = attribution(residuals)
-    surprises = with_floor(block_surprises(found.base.fit, INPUTS), is_in_the_scatter(left))
-    blocks = Remains((), blocks=surprises).probability_of_blocks(Calibration.built_in().block_sharpness)
+    negative_log_p = with_floor(block_negative_log_p(found.base.fit, INPUTS), is_in_the_scatter(left))
+    blocks = Remains((), blocks=negative_log_p).probability_of_blocks(Calibration.built_in().block_sharpness)
     return locate(found, decision(answer, blocks, other=0.9), INPUTS, SIGMA)
 
 

@@ -18,7 +18,7 @@ def fitted(name: str, labels: tuple[str, ...], rmse: float) -> Any:
 def explained(name: str, labels: tuple[str, ...], rmse: float, log_evidence: float) -> Any:
     return SimpleNamespace(
         name=name, labels=labels, log_evidence=log_evidence, fit=fitted(name, labels, rmse),
-        lost_motion=False, cannot_be_predicted=False, stochastic=None,
+        chaotic_response=False, cannot_be_predicted=False, stochastic=None,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from bayes_hw.gap.criticism.block_functions import (
     FLOOR,
     FLOOR_OF_SCATTER,
     FLOOR_OF_TORQUE,
-    block_surprises,
+    block_negative_log_p,
     shapes_for_any_cause,
     with_floor,
 )
@@ -43,7 +43,9 @@ def noise(seed: int = 0, walk: float = 0.0) -> list[FloatArray]:
 def test_noise_and_a_random_walk_surprise_no_block(walk: float) -> None:
     """The surprise of a block with one function is exponential, with and without a walk."""
     found_fit = with_residuals(noise())
-    drawn = [block_surprises(replace(found_fit, residuals=noise(seed, walk)), INPUTS) for seed in range(8)]
+    drawn = [
+        block_negative_log_p(replace(found_fit, residuals=noise(seed, walk)), INPUTS) for seed in range(8)
+    ]
     assert kstest([found["linear"] for found in drawn], "expon").pvalue > 1e-3
     assert max(max(found.values()) for found in drawn) < 12
 
@@ -63,7 +65,7 @@ def test_a_cause_is_found_where_it_enters(name: str) -> None:
     response = responses[:, np.argmax(beside)]
     response *= 3 * SIGMA / np.std(response)
     added = [e + r for e, r in zip(noise(1, 0.1), np.split(response, 2), strict=True)]
-    found = block_surprises(replace(fit, residuals=added), INPUTS)
+    found = block_negative_log_p(replace(fit, residuals=added), INPUTS)
     assert max(found, key=lambda block: found[block]) == BLOCK_OF[name], found
 
 
@@ -77,7 +79,7 @@ def test_an_effect_without_a_name_is_found_in_its_block(effect: Effect, values: 
     clean = simulated_with(effect, values, INPUTS)
     measured = [y + e for y, e in zip(clean, noise(2), strict=True)]
     fit = of_records(measured, base())
-    found = block_surprises(fit, INPUTS)
+    found = block_negative_log_p(fit, INPUTS)
     assert max(found, key=lambda block: found[block]) == effect.block, found
 
 
@@ -89,7 +91,7 @@ def test_a_constant_command_is_told_from_a_torque(seed: int) -> None:
         y + e for y, e in zip(simulated_with(CommandBias(), (0.02,), INPUTS), noise(2 + seed), strict=True)
     ]
     refitted = fit(base(), measured, base().prior_means, Plain(SIGMA))
-    found = block_surprises(refitted, INPUTS)
+    found = block_negative_log_p(refitted, INPUTS)
     assert max(found, key=lambda block: found[block]) == "input", found
 
 
@@ -98,14 +100,14 @@ def test_a_constant_command_is_told_from_a_torque(seed: int) -> None:
 def test_a_torque_that_wanders_is_a_disturbance(corner: float, torque_sd: float, seed: int) -> None:
     """Though a walk of the reading takes most of what a free torque would."""
     windy = [e + g for e, g in zip(noise(seed), shown(gusts(corner, 2.0, torque_sd, seed)), strict=True)]
-    found = block_surprises(with_residuals(windy), INPUTS)
+    found = block_negative_log_p(with_residuals(windy), INPUTS)
     assert found["disturbance"] >= FLOOR_OF_TORQUE
     assert max(found, key=lambda block: found[block]) == "disturbance", found
 
 
 def test_a_reading_that_wanders_is_no_torque() -> None:
     for seed in range(2):
-        found = block_surprises(with_residuals(noise(seed, 0.3)), INPUTS)
+        found = block_negative_log_p(with_residuals(noise(seed, 0.3)), INPUTS)
         assert found["disturbance"] < FLOOR
 
 

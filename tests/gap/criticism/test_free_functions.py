@@ -125,6 +125,6 @@ def test_directions_are_those_of_the_singular_value_decomposition() -> None:
 
 
 def test_shapes_without_columns_take_nothing() -> None:
-    """A command of one value has no hats over it."""
+    """A command of one value has no splines over it."""
     amplitude, s, vt = directions(np.zeros((50, 0)), np.ones(50))
     assert len(amplitude) == len(s) == len(vt) == 0

@@ -42,7 +42,8 @@ def test_the_motor_moves_as_in_state_space() -> None:
 
 
 def test_friction_turns_with_the_speed() -> None:
-    """Every shape changes its sign with the motion but for hats, which change places; no motion, no sign."""
+    """Every shape changes its sign with the motion but for splines, which change places; no motion, no
+    sign."""
     rng = np.random.default_rng(3)
     speed = np.repeat(rng.normal(size=40), 10)
     one = Motion(speed, speed, np.cumsum(speed), speed)

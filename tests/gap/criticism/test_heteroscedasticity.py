@@ -62,7 +62,8 @@ def test_regimes_are_what_the_axis_does() -> None:
 def test_even_noise_is_no_surprise() -> None:
     """The surprise is that of a probability: over many records a twentieth exceeds that of one in twenty."""
     found = [
-        unevenness(NOISE, wandering(seed, [np.ones(SAMPLES)] * 2), REGIMES).surprise for seed in range(60)
+        unevenness(NOISE, wandering(seed, [np.ones(SAMPLES)] * 2), REGIMES).negative_log_p
+        for seed in range(60)
     ]
     assert np.mean(np.array(found) > -np.log(0.05)) < 0.15
     assert max(found) < 9
@@ -75,7 +76,7 @@ def test_what_comes_of_the_command_is_uneven(regime: str, times: float) -> None:
     strengths = [np.where(mask, times, 1.0) for mask in REGIMES[regime]]
     found = unevenness(NOISE, wandering(5, strengths), REGIMES)
     assert found.regime == regime
-    assert found.surprise > 15
+    assert found.negative_log_p > 15
     assert 0.5 < found.share < 0.9
 
 
@@ -88,7 +89,7 @@ def test_a_windier_record_is_no_regime() -> None:
     """Four times the variance in one record of two, whatever the axis does there."""
     strengths = [np.full(SAMPLES, 0.5), np.full(SAMPLES, 2.0)]
     mostly = {"mostly in one": [np.arange(SAMPLES) % 10 < 1, np.arange(SAMPLES) % 10 < 8]}
-    assert unevenness(NOISE, wandering(3, strengths), mostly).surprise < 5
+    assert unevenness(NOISE, wandering(3, strengths), mostly).negative_log_p < 5
 
 
 def steady_or_not(added: FloatArray, seed: int = 3) -> float:
@@ -102,7 +103,7 @@ def steady_or_not(added: FloatArray, seed: int = 3) -> float:
     shown = [m.shown(chain.small_responses("command", added[:, None]))[:, 0] for m in moved]
     size = 2 * AXIS_SIGMA / np.std(np.concatenate(shown))
     residuals = [size * own + AXIS_SIGMA * rng.normal(size=SAMPLES) for own in shown]
-    return steadiness(with_residuals(residuals, found), moved).surprise
+    return steadiness(with_residuals(residuals, found), moved).negative_log_p
 
 
 def test_a_constant_force_is_steady_and_gusts_are_not() -> None:

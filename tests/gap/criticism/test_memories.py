@@ -20,10 +20,10 @@ def test_after_a_limit_the_shapes_have_its_side_and_end() -> None:
     command = np.full(200, 0.5)
     command[20:30], command[100:110] = 2.0, -2.0
     _, (shapes,) = shapes_of_memories([motion(command)], RATE)["after a limit"]
-    hats = shapes[:, : len(AGES_S) - 1].sum(axis=1)
-    assert not hats[:30].any() and not hats[100:110].any()
-    assert hats[30] == 1 and hats[110] == -1
-    assert not hats[30 + int(AGES_S[-1] * RATE) : 100].any()
+    splines = shapes[:, : len(AGES_S) - 1].sum(axis=1)
+    assert not splines[:30].any() and not splines[100:110].any()
+    assert splines[30] == 1 and splines[110] == -1
+    assert not splines[30 + int(AGES_S[-1] * RATE) : 100].any()
 
 
 def test_changes_of_the_command_count_soon_after_a_limit_only() -> None:

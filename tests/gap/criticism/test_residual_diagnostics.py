@@ -34,8 +34,8 @@ def test_noise_leaves_nothing(seed: int, correlation: float) -> None:
     """White or first-order noise: no description gains what would count."""
     residuals = [coloured(SAMPLES, SIGMA, correlation, 100 + 2 * seed + r) for r in range(2)]
     left = residual_diagnostics(explained(residuals), INPUTS)
-    assert left == sorted(left, key=lambda item: -item.surprise)
-    assert left[0].surprise < 0.5 * TRIFLE, left[0]
+    assert left == sorted(left, key=lambda item: -item.negative_log_p)
+    assert left[0].negative_log_p < 0.5 * TRIFLE, left[0]
 
 
 def test_a_sine_is_a_line_in_time() -> None:
@@ -43,9 +43,9 @@ def test_a_sine_is_a_line_in_time() -> None:
     residuals = [e + SIGMA * np.sin(2 * np.pi * 0.83 * T + r) for r, e in enumerate(noise())]
     found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
     line = found["line in time"]
-    assert line.surprise > 3 * TRIFLE
+    assert line.negative_log_p > 3 * TRIFLE
     assert line.size == pytest.approx(np.sqrt(0.5 / 1.5), rel=0.1)
-    assert line.surprise > found["step"].surprise
+    assert line.negative_log_p > found["step"].negative_log_p
 
 
 def test_a_jump_is_a_step() -> None:
@@ -54,7 +54,7 @@ def test_a_jump_is_a_step() -> None:
     residuals = [e + jump for e, jump in zip(noise(1), jumps, strict=True)]
     best = residual_diagnostics(explained(residuals), INPUTS)
     step = next(item for item in best if item.kind == "step")
-    assert step.surprise > TRIFLE
+    assert step.negative_log_p > TRIFLE
     share = np.mean([np.var(jump) for jump in jumps]) / np.mean(np.concatenate(residuals) ** 2)
     assert step.size == pytest.approx(np.sqrt(share), rel=0.15)
 
@@ -73,8 +73,8 @@ def test_a_fast_move_between_untimely_samples_is_no_step() -> None:
         assert jitter is not None
         left = residual_diagnostics(with_stochastic(jitter, fit), INPUTS)
         found[jump] = next(item for item in left if item.kind == "step")
-    assert found[0.0].surprise == 0
-    assert found[5 * SIGMA].surprise > TRIFLE
+    assert found[0.0].negative_log_p == 0
+    assert found[5 * SIGMA].negative_log_p > TRIFLE
 
 
 def test_a_resonance_is_a_spectrum() -> None:
@@ -85,7 +85,7 @@ def test_a_resonance_is_a_spectrum() -> None:
         for e, f in zip(noise(2), noise(3), strict=True)
     ]
     found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
-    assert found["spectrum"].surprise > 3 * TRIFLE
+    assert found["spectrum"].negative_log_p > 3 * TRIFLE
     assert found["spectrum"].size > 0.35
 
 
@@ -96,7 +96,7 @@ def test_an_error_that_follows_the_motion_is_a_function() -> None:
     shape = [np.cos(2 * np.pi * y / np.ptp(y)) for y in simulated]
     residuals = [e + SIGMA * s for e, s in zip(noise(4), shape, strict=True)]
     found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS)}
-    assert found["function at sensor"].surprise > TRIFLE
+    assert found["function at sensor"].negative_log_p > TRIFLE
     assert 0.7 < found["function at sensor"].size / np.sqrt(0.5) < 1.1
 
 
@@ -111,7 +111,7 @@ def test_known_glitches_are_bridged_first() -> None:
     found = outliers(plain.fit)
     assert found is not None
     named = replace(plain, stochastic=found, fit=replace(plain.fit, whitener=found.whitener))
-    assert residual_diagnostics(named, INPUTS)[0].surprise < 0.5 * TRIFLE
+    assert residual_diagnostics(named, INPUTS)[0].negative_log_p < 0.5 * TRIFLE
 
 
 def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
@@ -130,8 +130,8 @@ def test_a_walk_that_follows_the_limits_leaves_gusts() -> None:
         assert walk is not None
         left = residual_diagnostics(with_stochastic(walk, fit), INPUTS)
         found[times] = next(item for item in left if item.kind.startswith("gusts"))
-    assert found[1.0].surprise < 0.5 * TRIFLE
-    assert found[25.0].surprise > TRIFLE and "limit" in found[25.0].kind
+    assert found[1.0].negative_log_p < 0.5 * TRIFLE
+    assert found[25.0].negative_log_p > TRIFLE and "limit" in found[25.0].kind
     assert found[25.0].size > 0.5
 
 
@@ -150,7 +150,7 @@ def test_noise_above_the_stated_is_left() -> None:
         residuals = [times * e for e in noise(3)]
         found = {item.kind: item for item in residual_diagnostics(explained(residuals), INPUTS, SIGMA)}
         unstated = found[UNSTATED_NOISE]
-        assert (unstated.surprise > least) == counts
+        assert (unstated.negative_log_p > least) == counts
         if counts:
             assert unstated.size == pytest.approx(np.sqrt(1 - times**-2), rel=0.05)
     assert UNSTATED_NOISE not in {item.kind for item in residual_diagnostics(explained(noise(3)), INPUTS)}
@@ -166,8 +166,8 @@ def test_coarse_steps_of_the_command_show_through_a_walk() -> None:
     assert walk is not None
     found = {item.kind: item for item in residual_diagnostics(with_stochastic(walk, fit), INPUTS)}
     detail = found["function at input in detail"]
-    assert detail.surprise > TRIFLE and detail.size > 0.5
-    assert found["function at input"].surprise < 0.5 * detail.surprise
+    assert detail.negative_log_p > TRIFLE and detail.size > 0.5
+    assert found["function at input"].negative_log_p < 0.5 * detail.negative_log_p
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -178,7 +178,7 @@ def test_a_walk_as_it_is_leaves_nothing(seed: int) -> None:
     fit = with_residuals(residuals)
     walk = random_walk(fit)
     assert walk is not None
-    assert residual_diagnostics(with_stochastic(walk, fit), INPUTS)[0].surprise < 0.5 * TRIFLE
+    assert residual_diagnostics(with_stochastic(walk, fit), INPUTS)[0].negative_log_p < 0.5 * TRIFLE
 
 
 def test_a_gain_that_jumps_shows_through_a_walk() -> None:
@@ -190,4 +190,4 @@ def test_a_gain_that_jumps_shows_through_a_walk() -> None:
     assert walk is not None
     found = {item.kind: item for item in residual_diagnostics(with_stochastic(walk, fit), INPUTS)}
     changed = found["function of the gain over time"]
-    assert changed.surprise > TRIFLE and changed.size > 0.5
+    assert changed.negative_log_p > TRIFLE and changed.size > 0.5

@@ -6,7 +6,7 @@ import numpy as np
 from drive_axis import MOTOR_ANGLE, RATE, SIGMA, TRAIN, V, W, command, held, white
 from fitted import AXIS, SAMPLES, base, of_records, simulated_with, with_residuals
 
-from bayes_hw.gap.criticism.block_functions import block_surprises
+from bayes_hw.gap.criticism.block_functions import block_negative_log_p
 from bayes_hw.gap.criticism.free_functions import motions
 from bayes_hw.gap.criticism.springs import AMPLITUDES, shapes_of_springs
 from bayes_hw.gap.effects.catalogue import CubicStiffness
@@ -68,5 +68,5 @@ def test_a_spring_that_stiffens_is_found_in_the_linear_block() -> None:
     clean = simulated_with(CubicStiffness(), (1e4,), INPUTS)
     measured = [y + white(SAMPLES, SIGMA, seed) for seed, y in enumerate(clean)]
     fit = of_records(measured, base())
-    found = block_surprises(fit, INPUTS)
+    found = block_negative_log_p(fit, INPUTS)
     assert max(found, key=lambda block: found[block]) == "linear", found

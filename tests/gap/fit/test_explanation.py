@@ -53,7 +53,7 @@ def test_slow_noise_beside_chaotic_motion_is_motion_that_was_lost(
     found = StochasticFit(label, "", noise, noise.log_likelihood, {})
     moved = replace(fit, hypothesis=base().with_effect(effect), coordinates=np.append(fit.coordinates, 0.0))
     explanation = replace(with_stochastic(found, fit), fit=moved)
-    assert explanation.lost_motion == lost
+    assert explanation.chaotic_response == lost
     assert explanation.labels == labels
     assert (explanation.cause_of_noise is None) == lost
 
@@ -79,7 +79,7 @@ def test_glitches_beside_motion_that_was_lost_are_a_cause() -> None:
     found = StochasticFit("wind", "with glitches", noise, 0.0, parameters, size=3.0, beside="outliers")
     moved = replace(fit, hypothesis=base().with_effect(DynamicBacklash()))
     explanation = replace(with_stochastic(found, fit), fit=moved)
-    assert explanation.lost_motion
+    assert explanation.chaotic_response
     assert explanation.labels == ("backlash", "outliers")
     assert explanation.name == "backlash (gap in the compliance) + outliers"
     assert explanation.cause_of_noise is not None
@@ -131,7 +131,7 @@ def test_wind_counts_as_bent_where_the_effect_changes_its_path(
     noise = autoregression(fit)
     found = StochasticFit(label, "", noise, noise.log_likelihood, {}, size=0.3)
     moved = replace(fit, hypothesis=base().with_effect(effect), coordinates=np.append(fit.coordinates, 0.0))
-    assert replace(with_stochastic(found, fit), fit=moved).bent_gusts == gusts
+    assert replace(with_stochastic(found, fit), fit=moved).bent_disturbance == gusts
 
 
 def test_encoder_noise_is_what_is_left_beside_every_cause() -> None:

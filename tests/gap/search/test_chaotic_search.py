@@ -52,7 +52,7 @@ def test_a_second_effect_shows_beside_chaos() -> None:
     alone = under_wind(measured, (DynamicBacklash(),), (HALF_GAP,))
     found = search_of(measured).partners(alone)
     best = max(found, key=lambda e: e.log_evidence)
-    assert best.labels == ("backlash", "rate_limit") and best.lost_motion
+    assert best.labels == ("backlash", "rate_limit") and best.chaotic_response
     assert best.log_evidence > alone.log_evidence + CHAOS_MARGIN
     starts = np.log([rate for (rate,) in RateLimit().starts(BASE.scale)])
     assert abs(np.log(best.fit.values[-1] / RATE_LIMIT)) < np.diff(starts).max()

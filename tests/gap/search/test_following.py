@@ -168,7 +168,7 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Exp
     measured, bases = gap
     (found,) = following(measured).found(bases, [begun(CommandBias(), (0.01,), bases[0])])
     assert alone.log_evidence == found.log_evidence
-    assert found.labels == ("backlash",) and found.lost_motion and found.stochastic is None
+    assert found.labels == ("backlash",) and found.chaotic_response and found.stochastic is None
     assert found.fit.values[-1] == pytest.approx(HALF_GAP, rel=0.1)
     assert found.encoder_sigma == pytest.approx(SIGMA, rel=0.2)
     base_rmse = float(np.sqrt(np.mean(np.concatenate(bases[1].residuals) ** 2)))

@@ -39,11 +39,11 @@ RIDGE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ShapedFit(GivenFit):
-    """An explanation of readings that an error was taken from: of columns `hats` (numbers, samples) of every
-    record, functions of position unless it `slides`."""
+    """An explanation of readings that an error was taken from: of columns `splines` (numbers, samples) of
+    every record, functions of position unless it `slides`."""
 
     slides: bool = False
-    hats: tuple[FloatArray, ...] = ()
+    splines: tuple[FloatArray, ...] = ()
 
     @property
     def without_name(self) -> str | None:
@@ -55,9 +55,9 @@ class ShapedFit(GivenFit):
         """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual, less what the
         function explains of them, and the prior."""
         whitener, size = self.point.whitener, self.response.size
-        joined = np.concatenate(list(_whitened(self, self.hats, whitener)), axis=1)
+        joined = np.concatenate(list(_whitened(self, self.splines, whitener)), axis=1)
         factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
-        columns = len(self.hats[0])
+        columns = len(self.splines[0])
         factor = factor[columns : columns + size + 1, columns:]
         variance = float(factor[-1, -1] ** 2) / self.point.samples
         root = np.sqrt(self.response.prior_precision() * variance)
@@ -80,12 +80,12 @@ def free_shape(base: GivenFit) -> ShapedFit:
     joined = np.concatenate(_angles(base))
     ends = joined.min(), joined.max()
 
-    def hats(count: int, _: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
+    def splines(count: int, _: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
         knots = np.linspace(*ends, count)
         return [np.array([np.interp(w, knots, row) for row in np.eye(count)]) for w in angles]
 
     begun = ShapedFit(base.response, base.point)
-    shaped = [_beside(base, partial(hats, n), replace(begun, taken=n), ROUNDS) for n in KNOTS]
+    shaped = [_beside(base, partial(splines, n), replace(begun, taken=n), ROUNDS) for n in KNOTS]
     numbers = 1 + LIMIT_NUMBERS * len(base.response.records)
     slid = _beside(base, _slides, replace(begun, taken=numbers, slides=True), SLIDING_ROUNDS)
     return max([*shaped, slid], key=lambda fit: fit.score)
@@ -140,7 +140,7 @@ def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> Sh
         bent = tuple(replace(r, y=r.y - shape @ column) for r, column in pairs)
         response = replace(fit.response, records=bent)
         point = descend(response, evaluate(response, fit.point.coordinates), FULL_STEPS)
-        fit = replace(fit, response=response, point=point, hats=tuple(own))
+        fit = replace(fit, response=response, point=point, splines=tuple(own))
         found.append(fit)
         if len(found) > PATIENCE and fit.score < max(one.score for one in found[:-PATIENCE]):
             break
