@@ -17,7 +17,7 @@ from bayes_hw.gap.case.simulator import Simulator
 from bayes_hw.gap.fit.explanation import Explanation, best_of_each
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import Plain, Whitener
 from bayes_hw.gap.search.attribute import Attribution
 from bayes_hw.gap.search.question import Question

@@ -24,7 +24,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, evaluated
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.model.blocks import DeadZone
 

@@ -18,7 +18,7 @@ from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.plain_fit import plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.random_cause import ROUNDING
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.search.attribute import Attribution
 
 LARGEST_WANDER = 1.3

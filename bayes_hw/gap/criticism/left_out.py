@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import LOG_2PI, Whitener
 
 BLOCKS = 12

@@ -16,7 +16,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import Explanation, with_stochastic
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.noise.display_likelihood import DisplayLikelihood
+from bayes_hw.gap.noise.stochastic_fit import DisplayLikelihood
 
 STEP = 0.05
 """Of a standard deviation: the difference of the derivatives."""

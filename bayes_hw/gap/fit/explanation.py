@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.fit import Fit, fitted_on
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.noise.random_cause import ROUNDING, Tracking
-from bayes_hw.gap.noise.stochastic import Display, StochasticFit, autoregression
+from bayes_hw.gap.noise.stochastic_fit import Display, StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Autoregression
 from bayes_hw.gap.simulate.builder import Followed
 

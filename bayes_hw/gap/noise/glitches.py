@@ -1,14 +1,29 @@
-"""Isolated samples far off their neighbours: encoder glitches."""
+"""outliers: isolated samples far off their neighbours, glitches of the encoder.
+
+Beside slow noise they stand out of their neighbours whatever is slow beneath: it is fitted to the other
+samples, and glitches add the likelihood of their places and heights.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.noise.whitener import LOG_2PI, bridged_records, no_glitches
+from bayes_hw.gap.noise.misfit import Misfit
+from bayes_hw.gap.noise.random_cause import GLITCHES
+from bayes_hw.gap.noise.state_noise import StateNoise
+from bayes_hw.gap.noise.stochastic_fit import NOISE_ORDER, StochasticFit
+from bayes_hw.gap.noise.whitener import (
+    LOG_2PI,
+    Autoregression,
+    bridged_records,
+    fit_autoregression,
+    no_glitches,
+)
 
 FAR = 6.0
 """Robust standard deviations off the neighbours' median."""
@@ -63,6 +78,53 @@ class Glitches(NamedTuple):
         beneath = bridged_records(residuals, masks)
         heights = np.concatenate([(e - b)[m] for e, b, m in zip(residuals, beneath, masks, strict=True)])
         return cls(masks, float(np.sqrt(np.mean(heights**2)))) if len(heights) >= FEWEST else None
+
+
+@dataclass(frozen=True)
+class SecondGlitches:
+    """Glitches that were found, and the misfit with them bridged; see `SecondCause`."""
+
+    label: ClassVar[str] = GLITCHES.label
+    form: ClassVar[str] = "with glitches"
+    rounds: ClassVar[int] = 0
+
+    misfit: Misfit
+    glitches: Glitches
+
+    @classmethod
+    def of(cls, fit: Misfit) -> SecondGlitches | None:
+        """Those of the residuals; None without glitches."""
+        glitches = Glitches.of(fit.residuals)
+        if glitches is None:
+            return None
+        return cls(fit.with_residuals(bridged_records(fit.residuals, glitches.masks)), glitches)
+
+    @property
+    def variances(self) -> list[FloatArray]:
+        return [np.where(mask, np.inf, 0.0) for mask in self.glitches.masks]
+
+    @property
+    def log_likelihood(self) -> float:
+        return self.glitches.log_likelihood
+
+    @property
+    def parameters(self) -> dict[str, tuple[float, float, str]]:
+        return self.glitches.parameters(self.misfit.scale.units.output)
+
+    def beside(self, noise: StateNoise) -> SecondGlitches:  # noqa: ARG002
+        """Glitches stay where they are."""
+        return self
+
+
+def outliers(fit: Misfit) -> StochasticFit | None:
+    """Glitches in the residuals of `fit`: the likelihood of the mixture of both kinds of sample."""
+    glitches = Glitches.of(fit.residuals)
+    if glitches is None:
+        return None
+    noise = fit_autoregression(fit.residuals, glitches.masks, NOISE_ORDER, fit.unread)
+    total = noise.log_likelihood + glitches.log_likelihood
+    whitener = replace(noise, log_likelihood=total, parameter_count=Autoregression.parameter_count)
+    return StochasticFit(GLITCHES.label, "", whitener, total, glitches.parameters(fit.scale.units.output))
 
 
 def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:

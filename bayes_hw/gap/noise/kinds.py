@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from bayes_hw.gap.noise.clock_jitter import clock_jitter
+from bayes_hw.gap.noise.clock_jitter import SecondJitter, clock_jitter
+from bayes_hw.gap.noise.glitches import SecondGlitches, outliers
+from bayes_hw.gap.noise.held_samples import held_samples
 from bayes_hw.gap.noise.random_cause import GLITCHES, JITTER, WALK, WIND, RandomCause
-from bayes_hw.gap.noise.second_glitches import SecondGlitches
-from bayes_hw.gap.noise.second_jitter import SecondJitter
-from bayes_hw.gap.noise.second_rounding import SecondRounding
+from bayes_hw.gap.noise.rounding import SecondRounding
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
-from bayes_hw.gap.noise.stochastic import StochasticFit, held_samples, outliers
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 from bayes_hw.gap.noise.two_causes import both
 
 FitNoise: TypeAlias = Callable[..., StochasticFit | None]

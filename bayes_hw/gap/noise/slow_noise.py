@@ -26,8 +26,8 @@ from bayes_hw.gap.noise.spectra import (
     fit_spectrum,
     mean_spectrum,
 )
-from bayes_hw.gap.noise.state_noise import StateNoise, View, torque_noise, walking_noise
-from bayes_hw.gap.noise.stochastic import StochasticFit, autoregression
+from bayes_hw.gap.noise.state_noise import CURVATURE_STEP, StateNoise, View, torque_noise, walking_noise
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.continuous_poles import ContinuousPoles
 from bayes_hw.gap.simulate.path import Path
@@ -37,7 +37,6 @@ EXACT_EVALUATIONS = 60
 REFINING_EVALUATIONS = 30
 """From parameters that were fitted to nearly the same residuals."""
 
-CURVATURE_STEP = 0.05
 FIRST_STEP = 0.4
 """Of the logarithms of sizes and corners, in which a search for the most likely ones begins."""
 

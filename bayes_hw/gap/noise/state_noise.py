@@ -23,6 +23,9 @@ from bayes_hw.model.lanes import padded_to_lanes
 ENCODER_PARAMETERS = 2
 """Of the encoder's noise; those of the effect are counted with it."""
 
+CURVATURE_STEP = 0.05
+"""Of the logarithms of noise parameters, at which the curvature of a likelihood is taken."""
+
 
 class View(NamedTuple):
     """The share of a disturbance that shows (samples,), and the variance (samples,) of what more may show.

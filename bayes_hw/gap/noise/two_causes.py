@@ -13,7 +13,7 @@ from typing import Protocol, TypeAlias
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.state_noise import StateNoise
-from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 
 SlowNoise: TypeAlias = Callable[..., StochasticFit | None]
 """Slow noise of a `Misfit`, from a start of its parameters if given, beside known variances if given."""

@@ -15,13 +15,9 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.kinds import ONE_CAUSE, TWO_CAUSES, FitNoise
 from bayes_hw.gap.noise.random_cause import JITTER, ROUNDING
+from bayes_hw.gap.noise.rounding import lattice_step, quantization
 from bayes_hw.gap.noise.state_noise import StateNoise
-from bayes_hw.gap.noise.stochastic import (
-    StochasticFit,
-    autoregression,
-    lattice_step,
-    quantization,
-)
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.screen import Screen, best_forms
 from bayes_hw.gap.simulate.parallel import Each

@@ -15,7 +15,7 @@ from own_simulators import motor
 from bayes_hw.gap.answer.decide import best_of_sets, choose, decide, remains_of, score
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import is_far_ahead
-from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder

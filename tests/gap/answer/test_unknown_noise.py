@@ -26,7 +26,7 @@ from bayes_hw.gap.fit.fit import Fit, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.plain_fit import first_sigma, plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.attribute import Attribution
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale

@@ -11,7 +11,7 @@ from scipy.stats import norm
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.latent_force import free_residual, latent_force
 from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import Plain
 
 T = np.arange(SAMPLES) / RATE

@@ -14,9 +14,9 @@ from bayes_hw.gap.criticism.left_out import block_densities, compare_left_out, s
 from bayes_hw.gap.effects.catalogue import GainAsymmetry, TransportDelay
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise, with_stochastic
 from bayes_hw.gap.fit.fit import fit
+from bayes_hw.gap.noise.held_samples import held_samples
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.slow_noise import random_walk
-from bayes_hw.gap.noise.stochastic import held_samples
 from bayes_hw.gap.noise.whitener import Plain, Whitener
 
 INPUTS = [command(700, 1), command(700, 2)]

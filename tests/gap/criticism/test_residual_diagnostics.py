@@ -102,7 +102,7 @@ def test_an_error_that_follows_the_motion_is_a_function() -> None:
 
 def test_known_glitches_are_bridged_first() -> None:
     """Outliers that the explanation has named are not found again."""
-    from bayes_hw.gap.noise.stochastic import outliers
+    from bayes_hw.gap.noise.glitches import outliers
 
     rng, residuals = np.random.default_rng(3), noise(5)
     for e in residuals:

@@ -16,7 +16,8 @@ from bayes_hw.gap.fit.exact_maximum import DisplayDensity, at_exact_maximum, exa
 from bayes_hw.gap.fit.explanation import Explanation, with_stochastic
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.display_kernel import held_log_likelihood, rounded_log_likelihood
-from bayes_hw.gap.noise.stochastic import held_samples, quantization
+from bayes_hw.gap.noise.held_samples import held_samples
+from bayes_hw.gap.noise.rounding import quantization
 from bayes_hw.gap.noise.whitener import Plain
 
 INPUTS = [command(900, 1), command(900, 2)]

@@ -20,9 +20,11 @@ from bayes_hw.gap.fit.explanation import (
     with_stochastic,
 )
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN
+from bayes_hw.gap.noise.held_samples import HeldDisplay
 from bayes_hw.gap.noise.random_cause import Tracking
+from bayes_hw.gap.noise.rounding import RoundedDisplay
 from bayes_hw.gap.noise.state_noise import walking_noise
-from bayes_hw.gap.noise.stochastic import HeldDisplay, RoundedDisplay, StochasticFit, autoregression
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import fit_autoregression, no_glitches
 
 

@@ -1,12 +1,22 @@
-"""Isolated samples far off their neighbours."""
+"""Isolated samples are found, and beside slow noise both are told, neither spoiling the other."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from drive_axis import coloured, white
+from drive_axis import SIGMA, coloured, white
+from fitted import SAMPLES, explained, with_residuals
+from test_slow_noise import gusts, seen
 
-from bayes_hw.gap.noise.glitches import FEWEST, Glitches, find_glitches
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.noise.glitches import FEWEST, Glitches, SecondGlitches, find_glitches, outliers
+from bayes_hw.gap.noise.slow_noise import random_walk, wind
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
+from bayes_hw.gap.noise.two_causes import both as beside
+from bayes_hw.gap.search.stochastic_search import StochasticSearch
+from bayes_hw.gap.simulate.parallel import Each
 
 
 def test_glitches_are_found_and_noise_is_not() -> None:
@@ -60,3 +70,89 @@ def test_ringing_is_no_glitches() -> None:
     k = np.arange(2000)
     burst = 30 * np.exp(-(((k - 900) / 25.0) ** 2)) * np.sin(0.5 * np.pi * k + 0.3)
     assert not find_glitches([white(2000, 1.0, 9) + burst])[0].any()
+
+
+RECORDS = 2
+
+
+def noise(correlation: float = 0.3) -> list[FloatArray]:
+    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
+
+
+def test_outliers() -> None:
+    """Rate and height within three of their own errors; more likely than one noise."""
+    rng, residuals = np.random.default_rng(5), noise()
+    for e in residuals:
+        e += np.where(rng.random(SAMPLES) < 0.01, rng.normal(0, 30 * SIGMA, SAMPLES), 0)
+    fit = with_residuals(residuals)
+    found = outliers(fit)
+    assert found is not None and found.label == "outliers"
+    rate, error, _ = found.parameters["outliers.rate"]
+    assert abs(rate - 0.01 * 0.8) < 3 * error + 0.002
+    assert found.parameters["outliers.height"][0] == pytest.approx(30 * SIGMA, rel=0.5)
+    assert found.log_likelihood > autoregression(fit).log_likelihood + 100
+    assert outliers(with_residuals(noise())) is None
+
+
+PLACES = np.array([100, 321, 480, 700, 777, 1010])
+
+
+HEIGHT = 60 * SIGMA
+
+
+def spoilt(residuals: list[FloatArray]) -> list[FloatArray]:
+    """The same with glitches, half of them down."""
+    return [
+        e + HEIGHT * np.isin(np.arange(len(e)), PLACES) * np.cos(np.arange(len(e)) * np.pi) for e in residuals
+    ]
+
+
+def walking(step: float = 0.1 * SIGMA) -> list[FloatArray]:
+    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
+    return [w + coloured(SAMPLES, SIGMA, 0.3, i) for i, w in enumerate(steps)]
+
+
+@pytest.mark.parametrize(
+    ("slow", "both", "alone"),
+    [
+        (walking(), beside(random_walk, SecondGlitches.of), random_walk),
+        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondGlitches.of), wind),
+    ],
+    ids=["walk", "wind"],
+)
+def test_parameters_are_those_without_the_glitches(
+    slow: list[FloatArray],
+    both: Callable[..., StochasticFit | None],
+    alone: Callable[..., StochasticFit | None],
+) -> None:
+    """Sizes to 15 % and the encoder's noise to 5 % of a fit to the records before they were spoilt; height
+    and rate of the glitches; and far likelier than either alone."""
+    clean, fit = alone(with_residuals(slow)), with_residuals(spoilt(slow))
+    found = both(fit)
+    assert clean is not None and found is not None
+    assert found.labels == (clean.label, "outliers")
+    size = "sensor_drift.step_sd" if clean.label == "sensor_drift" else "wind.sd"
+    assert found.parameters[size][0] == pytest.approx(clean.parameters[size][0], rel=0.15)
+    assert found.encoder_sigma == pytest.approx(clean.encoder_sigma, rel=0.05)
+    assert found.parameters["outliers.height"][0] == pytest.approx(HEIGHT, rel=0.1)
+    assert found.parameters["outliers.rate"][0] == pytest.approx(len(PLACES) / SAMPLES)
+    rivals = [alone(fit), outliers(fit)]
+    assert all(r is None or found.log_likelihood > r.log_likelihood + 100 for r in rivals)
+
+
+def test_without_glitches_there_are_not_two() -> None:
+    fit = with_residuals(walking())
+    assert (
+        beside(random_walk, SecondGlitches.of)(fit) is None and beside(wind, SecondGlitches.of)(fit) is None
+    )
+
+
+def test_the_search_finds_both() -> None:
+    """Among all stochastic effects beside the base model, and its explanation names both."""
+    start = explained(spoilt(walking(0.3 * SIGMA)))
+    measured, labels = start.fit.measured, frozenset({"outliers", "wind", "sensor_drift"})
+    search = StochasticSearch(measured, labels, SIGMA, Each(1))
+    alone = search.beside(start, [], [])
+    best = max([*alone, *search.two_at_once(start, alone)], key=lambda e: e.log_evidence)
+    assert best.labels == ("outliers", "sensor_drift")
+    assert best.name == "sensor_drift (random walk, with glitches)"

@@ -11,7 +11,7 @@ from fitted import AXIS, SAMPLES, gusts, shown, with_residuals
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.slow_noise import random_walk, wandering_background, wind
-from bayes_hw.gap.noise.stochastic import autoregression
+from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.model.blocks import DeadZone
 
 

@@ -11,7 +11,7 @@ from bayes_hw.gap.effects.catalogue import TransportDelay
 from bayes_hw.gap.effects.drive import KinematicBacklash, LoadRipple, TorqueRipple
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.noise.stochastic import StochasticFit, autoregression
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.search.candidate_models import (
     CLOSE_PART,
     SLIGHT,

@@ -1,4 +1,4 @@
-"""Slow noise of rounded records: it is found again, and the search tells it from rounding alone."""
+"""A lattice is found, and slow noise of rounded records told from rounding alone."""
 
 from __future__ import annotations
 
@@ -7,19 +7,68 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from drive_axis import SIGMA, coloured, white
-from fitted import SAMPLES, base, of_records, with_residuals
+from fitted import AXIS, SAMPLES, base, of_records, with_residuals
 from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.random_cause import ROUNDING
-from bayes_hw.gap.noise.second_rounding import SecondRounding
+from bayes_hw.gap.noise.rounding import SecondRounding, lattice_step, quantization
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
-from bayes_hw.gap.noise.stochastic import StochasticFit
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
+
+RECORDS = 2
+
+
+def noise(correlation: float = 0.3) -> list[FloatArray]:
+    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
+
+
+def outputs() -> list[FloatArray]:
+    found = base()
+    return found.simulate(found.builder.axis.nominal)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02])
+def test_quantization(step: float) -> None:
+    """The step to 1e-3 and nothing but rounding left; unlike an encoder that does not round."""
+    found_base = base()
+    sigma = 0.3 * step
+    measured = [
+        step * np.round((y + white(SAMPLES, sigma, i)) / step)
+        for i, y in enumerate(found_base.simulate(found_base.builder.axis.nominal))
+    ]
+    assert lattice_step(measured) == pytest.approx(step, rel=1e-3)
+    found = quantization(of_records(measured, found_base), sigma)
+    assert found is not None and found.label == "encoder_quantization" and found.display is not None
+    assert found.parameters["encoder_quantization.step"][0] == pytest.approx(step, rel=1e-3)
+    plain = [y + white(SAMPLES, SIGMA, i) for i, y in enumerate(outputs())]
+    assert lattice_step(plain) == 0
+    assert quantization(of_records(plain, found_base), SIGMA) is None
+
+
+def test_a_lattice_finer_than_the_noise_is_no_quantization() -> None:
+    step = 0.5 * SIGMA
+    measured = [step * np.round((y + e) / step) for y, e in zip(outputs(), noise(), strict=True)]
+    assert quantization(of_records(measured, base()), AXIS.noise_sigma) is None
+
+
+def test_a_rounded_display_is_the_mean_of_rounded_noise() -> None:
+    """The soft staircase against averages over the noise."""
+    step, sigma = 0.01, 0.3 * 0.01
+    found_base = base(300, 1)
+    y = found_base.simulate(found_base.builder.axis.nominal)[0]
+    measured = step * np.round((y + white(300, sigma, 1)) / step)
+    found = quantization(of_records([measured], found_base), sigma)
+    assert found is not None and found.display is not None
+    draws = np.random.default_rng(2).normal(0, found.display.sigma, (4000, 1))  # type: ignore[attr-defined]
+    expected = np.mean(step * np.round((y + draws) / step), axis=0)
+    np.testing.assert_allclose(found.display.show(y, 0), expected, atol=0.05 * step)
+
 
 STEP = 4 * SIGMA
 
