@@ -15,7 +15,6 @@ import bayes_hw
 from bayes_hw.cli import main
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import from_rest, posed
 from bayes_hw.record import Record, Units
@@ -114,11 +113,11 @@ def test_a_case_away_from_zero(small_axis: HammersteinWiener) -> None:
     away = Case.of_records(
         "away", small_axis, [replace(train, y=train.y + 134.2)], [replace(held, y=held.y + 97.0)]
     )
-    case, notes = posed_case(away)
+    case, notes = away.posed()
     assert case.train[0].origin == pytest.approx(134.2, abs=0.03)
     np.testing.assert_allclose(case.train[0].y, train.y, atol=0.03)
     assert len(notes) == 3 and "records begin at 96.99" in notes[-1]
-    still, none = posed_case(Case.of_records("still", small_axis, [train], [held]))
+    still, none = Case.of_records("still", small_axis, [train], [held]).posed()
     assert none == () and still.train[0] is train
 
 

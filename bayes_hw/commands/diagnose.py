@@ -107,7 +107,6 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
-    from bayes_hw.gap.case.posed_case import posed_case
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
@@ -174,8 +173,8 @@ def run(parsed: argparse.Namespace) -> None:
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
     if axis is None:
-        case, notes = posed_case(
-            case, origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
+        case, notes = case.posed(
+            origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
         )
     if parsed.title:
         case = replace(case, name=parsed.title)

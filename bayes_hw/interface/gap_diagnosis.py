@@ -15,7 +15,6 @@ from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
-from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
@@ -141,7 +140,7 @@ def diagnose(
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
         number, labels = threads(jobs), struck(without)
         posing = Case.of_records(simulator.name, simulator, records, held_out)
-        case, notes = posed_case(posing, origin=origin, start=start)
+        case, notes = posing.posed(origin=origin, start=start)
         warn_of(notes)
         if isinstance(case, Case) and not labels and needs_ports(case.model):
             return GapDiagnosis(diagnose_by_ports(case, rng, start=start))

@@ -22,11 +22,11 @@ def counted_from_levels(case: Case | SimulatorCase, explanation: Explanation) ->
         else record
         for record, s, e in zip(case.train, fit.simulated, fit.residuals, strict=True)
     )
-    if isinstance(case, SimulatorCase):
+    if not any(record.has_free_level for record in case.holdout):
         return replace(case, train=train)
-    simulated = fit.hypothesis.simulate(fit.values, [record.u for record in case.holdout])
+    simulated = fit.hypothesis.simulate(fit.values, case.held_out_inputs)
     holdout = tuple(
-        record.counted_from(float(np.nanmedian(with_holes(record.y - y, record.measured))))
+        record.counted_from(float(np.nanmedian(with_holes(record.y - y[-len(record) :], record.measured))))
         if record.has_free_level
         else record
         for record, y in zip(case.holdout, simulated, strict=True)

@@ -14,7 +14,6 @@ from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.search.attribute import Attribution
-from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which another answer must predict left-out blocks better to be spoken of."""
@@ -34,20 +33,6 @@ def starts_disagree(attribution: Attribution) -> bool:
     return bool(others) and min(others) >= best * SAME_COST_FACTOR + SAME_COST
 
 
-def _of_train(case: Case) -> str:
-    """How torques of the effects reach the axis."""
-    if case.model.physical is not None:
-        return "torques act in the drive train that the model states (physical); its G stays as given"
-    if ChainBuilder(case.model).reference is not None:
-        return (
-            "the drive train (motor, spring, load, loop) was read back from the model's G; torques act in it"
-        )
-    return (
-        "no drive train could be read back from the model's G, which answers within the sample: effects "
-        "that need one (friction, ripple, play, springs, wind) were not looked for in it"
-    )
-
-
 def notes_on(
     case: Case | SimulatorCase,
     attribution: Attribution,
@@ -55,7 +40,7 @@ def notes_on(
     left_out: Mapping[tuple[str, ...], LeftOut],
 ) -> list[str]:
     """What a reader should know beside the verdict."""
-    notes = [_of_train(case)] if isinstance(case, Case) else []
+    notes = [*attribution.base.fit.hypothesis.builder.said_of_torques]
     if attribution.cut_short:
         notes.append(CUT_SHORT)
     if starts_disagree(attribution):

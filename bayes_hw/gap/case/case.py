@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.entrance import check_scale
+from bayes_hw.entrance import check_scale, enter
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case_file import read_case_file
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.posing import Origin, Start, rested
 from bayes_hw.record import Record, Units
 
 RATE_TOLERANCE = 1e-6
 
 SHORTEST = 200
 """Samples that a record must have."""
+
+APART = 1e-3
+"""Beginnings farther apart, in travels, are different places of the axis."""
 
 
 class ReadRecord(Protocol):
@@ -62,6 +66,46 @@ class Case:
         """A case of objects. Raises InputError on a rate that is not the model's or a record too short."""
         check_records(name, model.sample_rate_hz, train, holdout)
         return cls(name, model, tuple(train), tuple(holdout))
+
+    def posed(
+        self,
+        *,
+        origin: Origin = "start",
+        start: Start = "auto",
+        accepted: Collection[str] = (),
+        looked_at: bool = False,
+    ) -> tuple[Case, tuple[str, ...]]:
+        """The case with its records as `bayes_hw.entrance.enter` poses them, and in words what was done.
+
+        A record that begins in motion is cut to where it first rests, unless `start` is "rest". Raises
+        InputError on mistakes, and where too little of a record is left. `accepted` and `looked_at` as there.
+        """
+        train, cut = rested(self.train, start)
+        holdout, held_out_cut = rested(self.holdout, start)
+        notes = [*cut, *held_out_cut]
+        for record in (*train, *holdout):
+            if start != "rest" and len(record) < SHORTEST:
+                raise InputError(
+                    f"{record.name}: {len(record)} samples from rest on; give {SHORTEST} or more"
+                )
+        found = enter(
+            train,
+            holdout,
+            model=self.model,
+            origin=origin,
+            start="rest",
+            accepted=accepted,
+            looked_at=looked_at,
+        )
+        origins = [record.origin for record in (*found.records, *found.holdout)]
+        travel = max(float(abs(record.y).max()) for record in found.records)
+        if max(origins) - min(origins) > APART * travel:
+            notes.append(
+                f"records begin at {min(origins):.6g} to {max(origins):.6g} {self.model.units.output}: "
+                "effects of the axis's position are looked for in the angle from each record's beginning; "
+                "records that begin at one angle show them best"
+            )
+        return replace(self, train=found.records, holdout=found.holdout), (*found.notes, *notes)
 
     @property
     def held_out_inputs(self) -> list[FloatArray]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.entrance import check_repeats
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import ReadRecord, check_records
 from bayes_hw.gap.case.simulator import Simulator
 from bayes_hw.named_object import named_object
+from bayes_hw.posing import Origin, Start
 from bayes_hw.record import Record
 
 
@@ -60,6 +62,19 @@ class SimulatorCase:
         """Read the records of a simulator from files."""
         records = [read_record(path, units=simulator.units) for path in (*train, *holdout)]
         return cls.of_records(simulator, records[: len(train)], records[len(train) :])
+
+    def posed(
+        self,
+        *,
+        origin: Origin = "start",  # noqa: ARG002
+        start: Start = "auto",  # noqa: ARG002
+        accepted: Collection[str] = (),  # noqa: ARG002
+        looked_at: bool = False,  # noqa: ARG002
+    ) -> tuple[SimulatorCase, tuple[str, ...]]:
+        """The case as it is, since its records begin as the simulator does. Raises InputError where a record
+        stands in it twice."""
+        check_repeats(self.train, self.holdout)
+        return self, ()
 
     @property
     def held_out_inputs(self) -> list[FloatArray]:

@@ -86,6 +86,11 @@ class Builder(Protocol):
     def has_drive_train(self) -> bool: ...
 
     @property
+    def said_of_torques(self) -> tuple[str, ...]:
+        """In words how torques reach the axis, where that is the builder's choice."""
+        ...
+
+    @property
     def base_parameters(self) -> tuple[Parameter, ...]: ...
 
     @property

@@ -60,6 +60,21 @@ class ChainBuilder:
         self.gain_row = GAIN if np.isfinite(unscaled[0]) and unscaled[0] != 0 else None
         self._nominal_speed_of_unit_gain = unscaled
 
+    @property
+    def said_of_torques(self) -> tuple[str, ...]:
+        """Which drive train they act in."""
+        if self.stated is not None:
+            return ("torques act in the drive train that the model states (physical); its G stays as given",)
+        if self.reference is not None:
+            return (
+                "the drive train (motor, spring, load, loop) was read back from the model's G; torques act "
+                "in it",
+            )
+        return (
+            "no drive train could be read back from the model's G, which answers within the sample: effects "
+            "that need one (friction, ripple, play, springs, wind) were not looked for in it",
+        )
+
     def speed_per_gain(self, values: FloatArray) -> FloatArray:
         """Steady speed per command and gain (points,), relative to the nominal model's, at base parameters
         (points, parameters)."""

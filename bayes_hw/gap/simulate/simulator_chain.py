@@ -112,6 +112,7 @@ class SimulatorBuilder:
     """
 
     has_drive_train = False
+    said_of_torques: tuple[str, ...] = ()
     gain_row: None = None
 
     def __init__(self, simulator: Simulator) -> None:
