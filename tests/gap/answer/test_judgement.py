@@ -108,27 +108,9 @@ def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
     assert max(other(left, loose=True), other(left, drifts=True), other(replace(left, kind="spread"))) < 0.3
 
 
-def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
-    """Even odds at the constant; of two effects the likelier block counts, and no name is never unlikely."""
-    blocks = {"drive": 9.0, "sensor": 898**0.5 - 1, "input": 0.0, "linear": 0.0}
-    assert Remains((), blocks=blocks).probability_of_blocks(CONSTANTS.named_sharpness) == pytest.approx(
-        {"drive": CONSTANTS.named_block, "sensor": 0.898, "input": 0.001, "linear": 0.001}
-    )
-
-    def other(*named: str) -> float:
-        return probability_of_other(Remains((), blocks=blocks, named=named), CONSTANTS)
-
-    assert other("drive") == pytest.approx(0.5)
-    assert other("linear") > 0.99
-    assert other("sensor") == other("drive", "sensor") < 0.02
-    assert other() == pytest.approx(0, abs=1e-10)
-    remains = Remains((), blocks={"drive": 0.0, "sensor": 6.0}, named=("drive",))
-    assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
-
-
 def test_how_sure_a_block_is_stated_changes_no_answer() -> None:
     """Worked by hand: shares of the odds."""
-    remains = Remains((), blocks={"drive": 0.0, "sensor": 2.0, "input": 1.0}, named=("drive",))
+    remains = Remains((), blocks={"drive": 0.0, "sensor": 2.0, "input": 1.0})
     constants = replace(CONSTANTS, block_sharpness=3.0)
     found = judge(("friction",), {(): 0.0, ("friction",): 25.0}, remains, LABELS, constants)
     assert found.blocks == pytest.approx({"drive": 1 / 36, "sensor": 27 / 36, "input": 8 / 36})
