@@ -15,10 +15,10 @@ PLAIN_RATIOS = (1 / 9, 3.0)
 """Output speed over command, in one unit, that needs no explanation."""
 
 LEAST_GAIN = 1 / 18
-"""From which a smaller ratio than PLAIN_RATIOS is doubted, not refused, unless a mistake explains it to
-NEARLY: an axis may have such a gain."""
+"""From which a smaller ratio than PLAIN_RATIOS is doubted and not refused: an axis may have such a gain."""
 
 NEARLY = 0.12
+"""How well, as a logarithm, a mistake must explain such a ratio to be believed where no stamps contradict."""
 
 TRUE_RATIOS = (0.16, 1.4)
 """And that axes which lag, slip or saturate show."""
@@ -134,9 +134,10 @@ def _too_fast(ratio: float, rate_hz: float) -> Finding | None:
 
 
 def _is_doubtful(ratio: float, rate_hz: float, clock: str, units: Collection[str]) -> bool:
-    """Whether a speed `ratio` times what is expected may be the axis's own."""
+    """Whether a speed `ratio` times what is expected may be the axis's own: with stamps that were recorded
+    always, with a rate that was stated unless a mistake explains it to NEARLY."""
     nearest = min(_missed(ratio, rate_hz, clock, units).values())
-    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and nearest > NEARLY
+    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and (clock != NO_CLOCK or nearest > NEARLY)
 
 
 def mistakes_of(ratio: float, rate_hz: float, clock: str = "s", units: Collection[str] = ()) -> str:
