@@ -97,12 +97,14 @@ def wrong_scale(
         return _doubtful_rate(ratio, rate_hz) if clock == NO_CLOCK else _too_fast(ratio, rate_hz)
     seconds = len(u) / rate_hz
     length = "" if BRIEF_S <= seconds <= LONG_S else f" in a record of {seconds:.3g} s"
+    doubtful = _is_doubtful(ratio, rate_hz, clock, units)
+    own = "that is the gain of the axis, or " if doubtful else ""
     return Finding(
         "scale",
-        f"the output moves {ratio:.3g} times as fast as the command says{length}: {guesses}",
+        f"the output moves {ratio:.3g} times as fast as the command says{length}: {own}{guesses}",
         "give the option that is so, with --ignore-units where the file states a wrong unit; a command of "
         "the motor before its gear is said with --input-unit 'deg/s at the motor'",
-        "warning" if _is_doubtful(ratio, rate_hz, clock, units) else "fatal",
+        "warning" if doubtful else "fatal",
     )
 
 
