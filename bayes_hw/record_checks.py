@@ -14,6 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.following import following, relation
+from bayes_hw.integral_regression import IntegralRegression, integral_regression, level_regression
 
 TURNS = {
     360.0: "360 deg",
@@ -98,14 +99,17 @@ def _turn_text(turn: float) -> str:
 def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
     """What is wrong where the output does not move as behind a velocity command of its own sign."""
     found = relation(u, y, rate_hz)
-    if found == "swapped":
+    if found == "follows":
+        return None
+    moved = integral_regression(u, y, rate_hz)
+    if found == "swapped" and _is_closer(integral_regression(y, u, rate_hz), moved):
         return Finding(
             "swapped",
             "the command moves as the speed of an angle does, and the output as the command of that speed: "
             "the two are swapped",
             "exchange --input and --output",
         )
-    if found == "derivative":
+    if found == "derivative" and _is_closer(level_regression(u, y), moved):
         return Finding(
             "position",
             "the output moves as the command itself does and not as its sum: the command is a position, or "
@@ -113,14 +117,18 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
             "give --input-position NAME instead of --input NAME, or the speed's unit, such as --output-unit "
             "'deg/s'",
         )
-    if found == "inverted":
+    if found == "inverted" and moved.correlation < 0:
         return Finding(
             "inverted",
             "the output moves against the command: its sign is inverted",
             "give --reverse to count it the other way, or leave it out where it is given",
             "warning",
         )
-    return unrelated(u, y, rate_hz)
+    return None if moved.is_moved else unrelated(u, y, rate_hz)
+
+
+def _is_closer(one: IntegralRegression, other: IntegralRegression) -> bool:
+    return abs(one.correlation) > abs(other.correlation)
 
 
 def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) -> Finding | None:

@@ -9,16 +9,17 @@ from typing import NamedTuple
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.following import following, relation
+from bayes_hw.integral_regression import integral_regression
 from bayes_hw.record_checks import Finding
 
 PLAIN_RATIOS = (1 / 9, 3.0)
 """Output speed over command, in one unit, that needs no explanation."""
 
 LEAST_GAIN = 1 / 18
-"""From which a smaller ratio than PLAIN_RATIOS is doubted and not refused: an axis may have such a gain."""
+"""From which a smaller ratio than PLAIN_RATIOS is doubted, not refused, unless a mistake explains it to
+NEARLY, the speeds at low frequencies and the whole way alike: an axis may have such a gain."""
 
-NEARLY = 0.12
-"""How well, as a logarithm, a mistake must explain such a ratio to be believed where no stamps contradict."""
+NEARLY = 0.04
 
 TRUE_RATIOS = (0.16, 1.4)
 """And that axes which lag, slip or saturate show."""
@@ -92,12 +93,13 @@ def wrong_scale(
     if expected is None or forward is None or relation(u, y, rate_hz) not in ("follows", "inverted"):
         return None
     ratio = forward.gain / expected
-    guesses = mistakes_of(ratio, rate_hz, clock, units)
+    overall = abs(integral_regression(u, y, rate_hz).gain) / expected
+    guesses = mistakes_of(ratio, rate_hz, clock, units) if mistakes_of(overall, rate_hz) else ""
     if not guesses:
         return _doubtful_rate(ratio, rate_hz) if clock == NO_CLOCK else _too_fast(ratio, rate_hz)
     seconds = len(u) / rate_hz
     length = "" if BRIEF_S <= seconds <= LONG_S else f" in a record of {seconds:.3g} s"
-    doubtful = _is_doubtful(ratio, rate_hz, clock, units)
+    doubtful = any(_is_doubtful(one, rate_hz, clock, units) for one in (ratio, overall))
     own = "that is the gain of the axis, or " if doubtful else ""
     return Finding(
         "scale",
@@ -136,10 +138,9 @@ def _too_fast(ratio: float, rate_hz: float) -> Finding | None:
 
 
 def _is_doubtful(ratio: float, rate_hz: float, clock: str, units: Collection[str]) -> bool:
-    """Whether a speed `ratio` times what is expected may be the axis's own: with stamps that were recorded
-    always, with a rate that was stated unless a mistake explains it to NEARLY."""
-    nearest = min(_missed(ratio, rate_hz, clock, units).values())
-    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and (clock != NO_CLOCK or nearest > NEARLY)
+    """Whether a speed `ratio` times what is expected may be the axis's own."""
+    nearest = min(_missed(ratio, rate_hz, clock, units).values(), default=math.inf)
+    return LEAST_GAIN <= ratio < PLAIN_RATIOS[0] and nearest > NEARLY
 
 
 def mistakes_of(ratio: float, rate_hz: float, clock: str = "s", units: Collection[str] = ()) -> str:
