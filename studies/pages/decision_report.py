@@ -81,7 +81,7 @@ def decision_report(
                 f"gain {gain / error if error > 0 else 0.0:.1f} standard errors",
             ),
         ),
-        key_figure=_profiles(fit),
+        key_figure=profiles(fit),
         sections=(
             Section("The constants", (_table(fit), Paragraph(_chosen(fit)), Paragraph(_method(seeds)))),
             Section("Are stated probabilities kept?", (_reliability(fit), Paragraph(_said_of_blocks(fit)))),
@@ -134,7 +134,7 @@ def _table(fit: CalibrationFit) -> Table:
     )
 
 
-def _profiles(fit: CalibrationFit) -> Figure:
+def profiles(fit: CalibrationFit) -> Figure:
     names = names_fitted()
     rows = -(-len(names) // COLUMNS)
     lowest = min(float(np.min(scores)) for _, scores in fit.profiles.values())

@@ -8,6 +8,7 @@ from html import unescape
 import numpy as np
 import pytest
 from spread_axis import spread_posterior
+from strokes import draw_strokes
 
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
@@ -47,7 +48,9 @@ def origin() -> Provenance:
 
 @pytest.fixture(scope="module")
 def report(found: Design, origin: Provenance) -> Report:
-    return design_report(found, origin)
+    with pytest.MonkeyPatch.context() as patch:
+        draw_strokes(patch)
+        return design_report(found, origin)
 
 
 def tables(report: Report) -> list[Table]:
