@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 from command_files import few_orders, files_below
+from short_sampling import sample_shortly
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands import demo
 from bayes_hw.gap.blind import open_case
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.infer import pilot
 from bayes_hw.plant.kinds import KINDS
 
 RUN_COMMAND = demo.run_command
@@ -36,8 +36,7 @@ def run_shorter(parsed: argparse.Namespace, *arguments: str) -> None:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         patch.setattr(demo, "run_command", run_shorter)
         draw_strokes(patch)
         few_orders(patch)

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below, write_axis
+from short_sampling import sample_shortly
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.report.page.plain_text import visible
 
@@ -33,8 +33,7 @@ FEW = ("--without", *(set(LABEL_BLOCKS) - {"command_bias"}))
 def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Records and a model of hostile names, in the working folder."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 20)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 256)
+        sample_shortly(patch)
         draw_strokes(patch)
         folder = write_axis(tmp_path_factory.mktemp("hostile"), small_axis)
         patch.chdir(folder)
