@@ -20,7 +20,7 @@ from bayes_hw.identifiability.gain_posterior import FreedRuns, implied_log_sd, s
 from bayes_hw.identifiability.invariance import Agreement, Contraction, compare_invariants, contractions
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
 from bayes_hw.identifiability.profile import Profile, profile_likelihoods
-from bayes_hw.identifiability.spectrum import Spectrum, information_spectrum
+from bayes_hw.identifiability.sensitivity import Spectrum, information_spectrum
 from bayes_hw.identifiability.structure import POINTS, Structure, analyse_structure
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict, flat_verdicts, verdict_on
 from bayes_hw.identify.output_error import fit_output_error, prior_scale

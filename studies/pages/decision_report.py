@@ -20,7 +20,7 @@ from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.answer.judgement import Judgement
 from bayes_hw.gap.blind.counts import ReliabilityBin, Share, reliability, share
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.blind_report import share_text
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
 from bayes_hw.report.page.palette import BLUE, INK, MUTED, VERMILLION

@@ -28,14 +28,64 @@ from bayes_hw.plant.effects.sensor import (
     SensorDrift,
     TimingJitter,
 )
-from bayes_hw.plant.foreign.linearisation import nominal_of
 from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, FurtherMode, Ripple
-from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, substeps_for
+from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, mujoco, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
 from bayes_hw.plant.foreign.unnamed import UNNAMED
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal
 from bayes_hw.plant.run import Reading
+from bayes_hw.plant.sampled_system import system_of
+
+
+def discrete_system(axis: ForeignAxis) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(A, B, C) over one sample with v held, state: angles, speeds, integral, two filters, current; deg."""
+    package, train, dt = mujoco(), axis.train, axis.step_s
+    model, loop, n = axis.mechanism, train.loop, len(train.inertias)
+    data = package.MjData(model)
+    size = 2 * n + 4
+    integral, slow_speed, slow_v, current = range(2 * n, 2 * n + 4)
+    lag = 1.0 if loop.current_s <= 0 else -float(np.expm1(-dt / loop.current_s))
+
+    def step(x: FloatArray, v: float) -> FloatArray:
+        """One physics step; the loop as in the simulation."""
+        speed = x[n + train.motor]
+        error = v - speed
+        asked = loop.kp * error + loop.ki * x[integral]
+        new = x.copy()
+        if loop.kd:
+            asked -= loop.kd * (speed - x[slow_speed]) / loop.filter_s
+            new[slow_speed] += dt / loop.filter_s * (speed - x[slow_speed])
+        if loop.ff:
+            asked += loop.ff * (v - x[slow_v]) / loop.filter_s
+            new[slow_v] += dt / loop.filter_s * (v - x[slow_v])
+        new[integral] += dt * error
+        new[current] += lag * (asked - x[current])
+        package.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = x[:n], x[n : 2 * n]
+        data.qfrc_applied[train.motor] = new[current]
+        package.mj_step(model, data)
+        new[:n], new[n : 2 * n] = data.qpos, data.qvel
+        return new
+
+    a = np.column_stack([step(unit, 0.0) for unit in np.eye(size)])
+    b = step(np.zeros(size), 1.0)
+    whole, forcing = np.eye(size), np.zeros(size)
+    for _ in range(axis.substeps):
+        forcing = a @ forcing + b
+        whole = a @ whole
+    used = np.ones(size, dtype=bool)
+    used[integral], used[slow_speed], used[slow_v] = loop.ki != 0, loop.kd != 0, loop.ff != 0
+    used[current] = lag < 1
+    c = np.zeros(size)
+    c[train.encoder] = 1.0
+    return whole[np.ix_(used, used)], forcing[used], c[used]
+
+
+def nominal_of(axis: ForeignAxis) -> Nominal:
+    """The Hammerstein-Wiener system that the axis is; raises UnfitAxisError."""
+    return system_of(axis, *discrete_system(axis))
+
 
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,

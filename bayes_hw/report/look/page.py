@@ -20,9 +20,9 @@ from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
-from bayes_hw.report.page.html import script_json
 from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.render import script_json
 from bayes_hw.report.page.rounding import (
     format_duration,
     format_estimate,
