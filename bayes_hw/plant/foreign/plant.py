@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.draws import (
-    DrawnAxis,
-    draw_fault,
-    draw_limits,
-    read_under,
-    rms,
-    stable_axis,
-    with_records,
-)
+from bayes_hw.plant.draws import Limits, Plant
 from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
 from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.effect import Effect, Scales
+from bayes_hw.plant.effects.effect import Effect
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import (
     Eccentricity,
@@ -32,9 +22,7 @@ from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, Fu
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, mujoco, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
 from bayes_hw.plant.foreign.unnamed import UNNAMED
-from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal
-from bayes_hw.plant.run import Reading
 from bayes_hw.plant.sampled_system import system_of
 
 
@@ -82,11 +70,6 @@ def discrete_system(axis: ForeignAxis) -> tuple[FloatArray, FloatArray, FloatArr
     return whole[np.ix_(used, used)], forcing[used], c[used]
 
 
-def nominal_of(axis: ForeignAxis) -> Nominal:
-    """The Hammerstein-Wiener system that the axis is; raises UnfitAxisError."""
-    return system_of(axis, *discrete_system(axis))
-
-
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,
     SaturationDrift,
@@ -110,70 +93,23 @@ CATALOGUE: tuple[type[Effect], ...] = (
 HIGHEST_MODE = 0.35
 
 
-class ForeignPlant:
-    """Draws MuJoCo axes and runs them."""
+class ForeignPlant(Plant):
+    """Axes of MuJoCo."""
 
-    def draw_axis(self, rng: np.random.Generator, kind: Kind) -> DrawnAxis:
-        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
-        rate = float(rng.choice(kind.rates_hz))
-        duration = float(rng.choice(kind.durations_s))
-        lower, upper = draw_limits(rng, kind.speed(rng))
-        delay = int(rng.integers(0, 4))
+    catalogue = CATALOGUE
+    unnamed = UNNAMED
 
-        def make() -> ForeignAxis:
-            train = draw_train(rng, min(HIGHEST_MODE * rate, 9.0))
-            return ForeignAxis(train, lower, upper, 0.0, delay, rate, substeps_for(train, rate))
-
-        axis, system = stable_axis(make, self.nominal_of)
-        return with_records(rng, kind, axis, system, duration)
+    def make_axis(self, rng: np.random.Generator, limits: Limits, delay: int, rate: float) -> ForeignAxis:
+        train = draw_train(rng, min(HIGHEST_MODE * rate, 9.0))
+        return ForeignAxis(train, *limits, 0.0, delay, rate, substeps_for(train, rate))
 
     def nominal_of(self, axis: ForeignAxis) -> Nominal:
         """By steps of the simulation itself."""
-        return nominal_of(axis)
+        return system_of(axis, *discrete_system(axis))
 
-    def scales(
-        self,
-        axis: ForeignAxis,
-        commands: Sequence[FloatArray],  # noqa: ARG002
-        outputs: Sequence[FloatArray],
-        sigma: float,
-        duration: float,
-    ) -> Scales:
+    def begin(self, axis: ForeignAxis, command: FloatArray, seed: tuple[int, ...]) -> ForeignRun:
+        return ForeignRun(axis, command, seed)
+
+    def inertia_and_stiffness(self, axis: ForeignAxis) -> tuple[float, float]:
         """Torques in deg/s^2 of a load of 1 kg m^2: those that accelerate what hangs on the gear's spring."""
-        limit = max(axis.upper, -axis.lower)
-        rate, train = axis.sample_rate_hz, axis.train
-        speeds = [np.gradient(w) * rate for w in outputs]
-        torque = train.inertia * rms([np.gradient(s) * rate for s in speeds])
-        modes = [f for f, _ in nominal_of(axis).modes]
-        stiffness = train.springs[train.gear].stiffness
-        return Scales(
-            speed=float(np.quantile(np.abs(np.concatenate(speeds)), 0.98)),
-            travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
-            torque=torque,
-            twist=torque / stiffness,
-            sigma=sigma,
-            duration_s=duration,
-            sample_rate_hz=rate,
-            modes_hz=(modes[0], modes[-1]),
-            limit=limit,
-        )
-
-    def draw_effect(
-        self,
-        rng: np.random.Generator,
-        kind: Kind,  # noqa: ARG002
-        label: str,
-        scales: Scales,
-    ) -> Effect:
-        """A fault of this label, `other` from those of MuJoCo axes."""
-        return draw_fault(rng, label, scales, CATALOGUE, UNNAMED)
-
-    def run(
-        self,
-        axis: ForeignAxis,
-        command: FloatArray,
-        seed: tuple[int, ...],
-        acting: Sequence[tuple[Effect, float]],
-    ) -> Reading:
-        """One record under these faults of these strengths."""
-        return read_under(ForeignRun(axis, command, seed), acting)
+        return axis.train.inertia, axis.train.springs[axis.train.gear].stiffness
