@@ -32,10 +32,11 @@ class Scales:
     limit: float
 
 
+@dataclass(frozen=True)
 class Effect(ABC):
     """One fault with its shape drawn; its size is the `strength` given to `act`, zero for none."""
 
-    label: ClassVar[str]
+    label: ClassVar[str] = "other"
     """Label of the diagnosis' catalogue, or "other"."""
     detail: str
     """Which form of it."""
