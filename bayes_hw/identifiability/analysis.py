@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
 from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes

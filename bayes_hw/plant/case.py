@@ -12,10 +12,9 @@ from scipy import signal
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.draws import Plant, UnreachableGapError, draw_commands, rms
 from bayes_hw.plant.effects import Effect, Scales
-from bayes_hw.plant.effects.effect import log_uniform
+from bayes_hw.plant.effects.effect import log_uniform, strength_for_gap
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal, refit
-from bayes_hw.plant.strength import strength_for_gap
 
 SHAPE_ATTEMPTS = 6
 """Shapes of a fault tried before another axis is drawn."""

@@ -12,9 +12,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.effects.effect import Effect, Scales, log_uniform
 from bayes_hw.plant.excitation import FAMILIES, Excitation
 from bayes_hw.plant.kinds import Kind
-from bayes_hw.plant.nominal import Nominal
+from bayes_hw.plant.nominal import Nominal, UnfitAxisError
 from bayes_hw.plant.run import LimitedAxis, Reading, RecordRun
-from bayes_hw.plant.sampled_system import UnfitAxisError
 
 AXIS_ATTEMPTS = 400
 

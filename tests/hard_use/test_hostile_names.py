@@ -20,7 +20,7 @@ from strokes import draw_strokes
 from bayes_hw.cli import main
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.typography import visible
 
 RECORD = '<img src=x onerror=alert(1)> #eval("1") $x$ *b* {{7*7}} @a \u202e\x1b[31m'
 MODEL = '../../etc/<script>alert(2)</script> #read("/etc/passwd") \\ $y$ _i_\n\x07'

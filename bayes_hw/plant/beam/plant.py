@@ -11,8 +11,7 @@ from bayes_hw.plant.beam.mechanism import draw_mechanism
 from bayes_hw.plant.beam.simulation import BeamAxis, BeamRun
 from bayes_hw.plant.draws import Limits, Plant
 from bayes_hw.plant.effects.effect import log_uniform
-from bayes_hw.plant.nominal import Nominal
-from bayes_hw.plant.sampled_system import system_of
+from bayes_hw.plant.nominal import Nominal, system_of
 
 AT_MOTOR_SHARE = 0.15
 HIGHEST_SPRING_HZ = 4.0

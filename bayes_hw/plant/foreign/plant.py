@@ -22,8 +22,7 @@ from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, Fu
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, mujoco, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
 from bayes_hw.plant.foreign.unnamed import UNNAMED
-from bayes_hw.plant.nominal import Nominal
-from bayes_hw.plant.sampled_system import system_of
+from bayes_hw.plant.nominal import Nominal, system_of
 
 
 def discrete_system(axis: ForeignAxis) -> tuple[FloatArray, FloatArray, FloatArray]:

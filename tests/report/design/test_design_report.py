@@ -21,8 +21,8 @@ from bayes_hw.record import Units
 from bayes_hw.report.design.design_axis_sections import crossover_section
 from bayes_hw.report.design.design_report import design_report
 from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
-from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import to_html, to_pdf
+from bayes_hw.report.page.typography import visible
 
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ \\ @a \x1b[31m\u202e'
 

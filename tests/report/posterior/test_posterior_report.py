@@ -20,8 +20,8 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Units
 from bayes_hw.report.page.document import Report
-from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render
+from bayes_hw.report.page.typography import visible
 from bayes_hw.report.posterior.posterior_report import posterior_report
 
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m\u202e'

@@ -12,8 +12,8 @@ from joint_axis import RATE, SIGMA, form, measured, response_with, some_effect
 import bayes_hw as bw
 from bayes_hw.arrays import FloatArray
 from bayes_hw.cli import main
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
+from bayes_hw.files import write_csv
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
