@@ -9,7 +9,7 @@ from bayes_hw.infer import pilot
 
 
 def sample_shortly(patch: pytest.MonkeyPatch) -> None:
-    """A pilot of a third of its steps and an eighth of its proposals, from three starts of the twelve."""
+    """A pilot of a third of its steps and a quarter of its proposals, from three starts of the twelve."""
     patch.setattr(pilot, "PILOT_STEPS", 30)
     patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
     defaults = several_starts.fit_from_several_starts.__kwdefaults__
