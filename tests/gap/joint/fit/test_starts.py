@@ -48,7 +48,9 @@ def true_fit(effects: tuple[Effect, ...], record: Record) -> JointFit:
     return JointFit(response, evaluate(response, response.coordinates(values)))
 
 
-@pytest.mark.parametrize(("name", "first"), [("friction", 1207), ("backlash", 1555)])
+@pytest.mark.parametrize(
+    ("name", "first"), [pytest.param("friction", 1207, marks=pytest.mark.slow), ("backlash", 1555)]
+)
 def test_the_true_model_predicts_a_cut_record_as_well_as_its_noise_lets_it(name: str, first: int) -> None:
     """From rest it is off by several deviations; a record that begins at rest is left as it was."""
     train, whole = measured(EFFECTS[name], 2400, (1, 2))
