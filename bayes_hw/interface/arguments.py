@@ -2,51 +2,17 @@
 
 from __future__ import annotations
 
-import html
 import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from operator import index
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from bayes_hw.entrance import SimulatedAxis, enter
-from bayes_hw.errors import BayesHWWarning, InputError
+from bayes_hw.errors import InputError
 from bayes_hw.gap.effects.catalogue import known_labels
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.posing import Origin, Posed, Start
-from bayes_hw.python_words import python_words
 from bayes_hw.record import Record
-
-
-def warn_of(sentences: Iterable[str]) -> None:
-    """Every sentence as a BayesHWWarning that points at the caller's line."""
-    for sentence in sentences:
-        warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
-
-
-def entered(
-    records: Sequence[Record],
-    holdout: Sequence[Record] = (),
-    *,
-    model: SimulatedAxis | None = None,
-    start: Start = "auto",
-    origin: Origin = "start",
-) -> Posed:
-    """`bayes_hw.entrance.enter`, its notes as warnings."""
-    found = enter(records, holdout, model=model, start=start, origin=origin)
-    for sentence in found.notes:
-        warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
-    return found
-
-
-def table_with_words(table: pd.DataFrame, words: str, notes: Sequence[str] = ()) -> str:
-    """HTML of a sentence, a table and notes below it; nothing in them is taken for a tag."""
-    below = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
-    shown = table.to_html(float_format=lambda value: f"{value:.5g}")
-    return f"<p>{html.escape(words)}</p>{shown}<ul>{below}</ul>"
 
 
 def records_given(records: Record | Sequence[Record], name: str = "records") -> tuple[Record, ...]:

@@ -18,16 +18,9 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.posed_case import posed_case
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
-from bayes_hw.interface.arguments import (
-    entered,
-    generator,
-    model_given,
-    records_given,
-    struck,
-    table_with_words,
-    threads,
-    warn_of,
-)
+from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
+from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start, rested
 from bayes_hw.python_words import in_python

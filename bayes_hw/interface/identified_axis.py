@@ -12,7 +12,9 @@ from bayes_hw.gap.joint.answer.known_model import with_known
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
 from bayes_hw.infer.inference import StartCondition, axis_for
-from bayes_hw.interface.arguments import entered, generator, records_given, table_with_words, warn_of
+from bayes_hw.interface.arguments import generator, records_given
+from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python

@@ -19,15 +19,9 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.infer.starting_point import NoiseKind
-from bayes_hw.interface.arguments import (
-    entered,
-    generator,
-    model_given,
-    records_given,
-    table_with_words,
-    threads,
-    warn_of,
-)
+from bayes_hw.interface.arguments import generator, model_given, records_given, threads
+from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python

@@ -9,7 +9,8 @@ from typing import Any
 
 from bayes_hw.entrance import check_whole
 from bayes_hw.first_look import look as first_look
-from bayes_hw.interface.arguments import records_given, warn_of
+from bayes_hw.interface.arguments import records_given
+from bayes_hw.interface.doors import warn_of
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.look import page

@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.ensemble import EnsembleState, advance, start_ensemble
 from bayes_hw.infer.laplace import Laplace
 from bayes_hw.infer.moves import weighted_moves
-from bayes_hw.infer.pilot import without_strays
+from bayes_hw.infer.stuck_walkers import without_strays
 
 PEAK = np.full(8, 30.0)
 
