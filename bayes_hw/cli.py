@@ -43,7 +43,7 @@ from bayes_hw.commands.options import (
     add_start,
 )
 from bayes_hw.errors import InputError
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.typography import visible
 
 DESCRIPTION = """\
 Bayesian Hammerstein-Wiener models of telescope servo axes: saturation, linear drive

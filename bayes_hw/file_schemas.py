@@ -5,10 +5,17 @@ A file may hold more keys than its schema names; none of those required may be m
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from jsonschema import Draft202012Validator
+from jsonschema.exceptions import best_match
+
+from bayes_hw.errors import InputError
+from bayes_hw.files import read_small_text
 from bayes_hw.format_names import CONTROLLER, POSTERIOR, VERDICT
 from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS
 
@@ -252,3 +259,43 @@ def schema_of(kind: str) -> Schema:
     make = MAKERS[kind]
     summary = " ".join((make.__doc__ or "").split())
     return {"$schema": DIALECT, "title": f"bayes-hw {kind}", "description": summary, **make()}
+
+
+LONGEST_MESSAGE = 200
+"""Characters of what is wrong: a message may quote the whole file."""
+
+
+def check_file(path: Path, kind: str | None = None) -> str:
+    """The kind of a valid file, as given or as its name or `schema` key says.
+
+    Raises InputError that names the file, the place in it and what is wrong there.
+    """
+    try:
+        content: Any = json.loads(read_small_text(path))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a JSON file") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON ({error})") from None
+    found = kind or kind_of(path, content)
+    wrong = best_match(Draft202012Validator(schema_of(found)).iter_errors(content))
+    if wrong is not None:
+        place = wrong.json_path.removeprefix("$").removeprefix(".") or "the top level"
+        raise InputError(f"{path}: {place}: {shortened(wrong.message)}; see the format of a {found}")
+    return found
+
+
+def kind_of(path: Path, content: Any) -> str:
+    """What a file is, by its `schema` key or its name; raises InputError where neither says."""
+    said = content.get("schema") if isinstance(content, dict) else None
+    for kind in MAKERS:
+        if (isinstance(said, str) and said.startswith(f"bayes-hw/{kind}/")) or path.stem == kind:
+            return kind
+    if isinstance(content, dict) and {"linear", "saturation", "effects"} <= set(content):
+        return "model"
+    raise InputError(f"{path}: neither name nor content say what it is; give --kind {' or '.join(MAKERS)}")
+
+
+def shortened(message: str) -> str:
+    """Both ends of a long message."""
+    half = LONGEST_MESSAGE // 2
+    return message if len(message) <= LONGEST_MESSAGE else f"{message[:half]} ... {message[-half:]}"

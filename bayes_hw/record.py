@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.column_output import write_columns
-from bayes_hw.formats.dataframe_table import table_of_dataframe
+from bayes_hw.formats.dataframe_table import table_of_dataframe, table_of_xarray
 from bayes_hw.formats.table import Table
-from bayes_hw.formats.xarray_table import table_of_xarray
 from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.python_words import in_python
 from bayes_hw.quantities import conversion, is_speed, speed_of, spelt

@@ -19,8 +19,7 @@ from study import SHARED_DATA, Study, skip_without, start_study
 from bayes_hw.gap.blind.evidence import Evidence, read_evidence
 from bayes_hw.gap.blind.run import run_set
 from bayes_hw.gap.blind.score import score_evidence, score_to_dict
-from bayes_hw.report.blind.blind_report import blind_report
-from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.blind_report import blind_report, share_text
 
 SETS = ("practice", "practice_hard")
 QUICK_CASES = 1

@@ -20,8 +20,7 @@ from study import Study, start_study
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS
 from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
-from bayes_hw.report.blind.blind_report import blind_report
-from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.blind_report import blind_report, share_text
 
 ROUND = 15
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""

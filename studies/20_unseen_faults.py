@@ -23,9 +23,8 @@ from study import Study, start_study
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.gap.blind.score import GOALS, score_evidence, score_to_dict
-from bayes_hw.report.blind.blind_report import NAMED_WRONG, PROVENANCE, blind_report
+from bayes_hw.report.blind.blind_report import NAMED_WRONG, PROVENANCE, blind_report, share_text
 from bayes_hw.report.blind.figures_blind import shares
-from bayes_hw.report.blind.share_words import share_text
 from bayes_hw.report.page.document import Report, Section, Table
 
 LAST = 11_999

@@ -12,8 +12,8 @@ from manifest import REPORTS, STUDIES, Manifest, question_of, read_manifest
 from markupsafe import Markup
 
 from bayes_hw.files import write_text_atomically
-from bayes_hw.report.page.html import breakable
 from bayes_hw.report.page.palette import page_colours
+from bayes_hw.report.page.render import breakable
 from bayes_hw.report.page.rounding import format_duration
 
 LINKS = {"report": "report.html", "PDF": "report.pdf", "results": "results.json", "manifest": "manifest.json"}

@@ -16,10 +16,9 @@ from bayes_hw.identify.cascade_fit import fit_cascade
 from bayes_hw.identify.experiment import pole_source, prepare
 from bayes_hw.identify.four_steps import MAX_LINEAR_ORDER
 from bayes_hw.identify.identified_model import hammerstein_wiener_model
-from bayes_hw.identify.input_nonlinearity import estimate_input_nonlinearity
+from bayes_hw.identify.input_nonlinearity import estimate_input_nonlinearity, estimate_output_nonlinearity
 from bayes_hw.identify.linear_output_error import best_poles, identify_linear
 from bayes_hw.identify.noise import estimate_noise
-from bayes_hw.identify.output_nonlinearity import estimate_output_nonlinearity
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 

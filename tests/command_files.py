@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from simulated_records import measured
 
-from bayes_hw.csv_output import write_csv
+from bayes_hw.files import write_csv
 from bayes_hw.identify import four_steps
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record

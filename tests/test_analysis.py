@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from short_sampling import sample_shortly
 from simulated_records import measured
 
 from bayes_hw import analysis as analysis_module
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.errors import InputError
-from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress, Task
@@ -25,8 +25,7 @@ SHORT = SamplerSettings(walkers=32, max_steps=50)
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Any:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         yield
 
 

@@ -21,10 +21,10 @@ import h5py
 import numpy as np
 import pytest
 from command_files import few_orders, files_below, write_axis
+from short_sampling import sample_shortly
 from strokes import draw_strokes
 
 from bayes_hw.cli import build_parser, main
-from bayes_hw.infer import pilot
 from bayes_hw.infer.checkpoint import Checkpoint
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -59,8 +59,7 @@ def example_of(command: str) -> list[str]:
 def _short_pilot() -> Iterator[None]:
     """Sampling's pilot in a third of its steps, few poles looked for."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         few_orders(patch)
         yield
 

@@ -14,10 +14,10 @@ import scipy.io
 from command_files import changed_model, copied_axis, files_below
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from short_sampling import sample_shortly
 
 from bayes_hw.cli import main
 from bayes_hw.commands.estimate_files import band_file_names
-from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 NAN = float("nan")
@@ -31,8 +31,7 @@ MODEL_KEYS = [
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         yield
 
 

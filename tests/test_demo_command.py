@@ -11,33 +11,36 @@ from pathlib import Path
 
 import pytest
 from command_files import few_orders, files_below
+from drawn_posterior import posterior_of
 from strokes import draw_strokes
 
-from bayes_hw.cli import main
+from bayes_hw.cli import build_parser, main
 from bayes_hw.commands import demo
 from bayes_hw.gap.blind import open_case
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.infer import pilot
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.plant.kinds import KINDS
 
 RUN_COMMAND = demo.run_command
 FEW = set(LABEL_BLOCKS) - {"friction"}
-SHORTER = {
-    "sample": ("--walkers", "80", "--max-steps", "50"),
-    "diagnose": ("--without", *FEW),
-}
 
 
 def run_shorter(parsed: argparse.Namespace, *arguments: str) -> None:
-    """The command with options that cut it short: it prints these as well."""
-    RUN_COMMAND(parsed, *arguments, *SHORTER.get(arguments[0], ()))
+    """The command, a diagnosis of one effect, which it prints as well; a posterior is drawn without a run."""
+    run_other = draw_posterior if arguments[0] == "sample" else parsed.run_other
+    shorter = ("--without", *FEW) if arguments[0] == "diagnose" else ()
+    RUN_COMMAND(argparse.Namespace(**vars(parsed) | {"run_other": run_other}), *arguments, *shorter)
+
+
+def draw_posterior(given: list[str]) -> int:
+    parsed = build_parser().parse_args(given)
+    posterior_of(HammersteinWiener.read(Path(parsed.model))).write(Path(parsed.out))
+    return 0
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         patch.setattr(demo, "run_command", run_shorter)
         draw_strokes(patch)
         few_orders(patch)

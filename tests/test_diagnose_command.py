@@ -15,8 +15,8 @@ from command_files import copied_axis, files_below
 
 from bayes_hw.cli import build_parser, main
 from bayes_hw.commands.early import refuse_early
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
+from bayes_hw.files import write_csv
 from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 

@@ -14,7 +14,7 @@ from simulated_records import measured
 
 from bayes_hw.cli import main
 from bayes_hw.commands.diagnose import after_records
-from bayes_hw.csv_output import write_csv
+from bayes_hw.files import write_csv
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record

@@ -14,8 +14,7 @@ from jsonschema import Draft202012Validator
 from bayes_hw.cli import build_parser, main
 from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
-from bayes_hw.file_schemas import MAKERS, schema_of
-from bayes_hw.file_validation import check_file
+from bayes_hw.file_schemas import MAKERS, check_file, schema_of
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.sampler import SamplerSettings

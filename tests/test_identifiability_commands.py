@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from command_files import files_below, write_record
 from identifiability.conftest import swinging
+from short_sampling import sample_shortly
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.commands import design_experiment, identifiability
 from bayes_hw.identifiability import experiment_check
-from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -27,8 +27,7 @@ SHORT = ("--walkers", "32", "--max-steps", "50", "--jobs", "1", "--quiet")
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         draw_strokes(patch)
         yield
 

@@ -21,8 +21,7 @@ from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import check_output_file, check_output_folder, staged
+from bayes_hw.files import check_output_file, check_output_folder, staged, write_csv
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.doubts import said_of

@@ -155,8 +155,7 @@ def _score(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.blind.evidence import read_evidence
     from bayes_hw.gap.blind.score import score_evidence, score_to_dict
     from bayes_hw.provenance import provenance
-    from bayes_hw.report.blind.blind_report import blind_report
-    from bayes_hw.report.blind.share_words import share_text
+    from bayes_hw.report.blind.blind_report import blind_report, share_text
     from bayes_hw.report.page.render import render
 
     begin = parsed.begin

@@ -11,9 +11,8 @@ import numpy as np
 
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import say, say_page
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits

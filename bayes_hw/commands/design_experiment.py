@@ -71,8 +71,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.identifiability.excitation_families import Circumstances
     from bayes_hw.identifiability.experiment_check import check_design, write_design
     from bayes_hw.identifiability.motion_limits import limits_for
-    from bayes_hw.identifiability.next_experiment import design_experiment
-    from bayes_hw.identifiability.stored_records import stored_records
+    from bayes_hw.identifiability.next_experiment import design_experiment, stored_records
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
     from bayes_hw.provenance import provenance

@@ -83,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "case)",
         required=False,
     )
-    parser.set_defaults(default_out=default_out)
+    parser.set_defaults(default_out=default_out, simulates_records=True)
     add_record_options(parser)
     parser.add_argument(
         "--within",

@@ -130,7 +130,7 @@ def is_compared(parsed: argparse.Namespace) -> bool:
 def is_simulated(parsed: argparse.Namespace) -> bool:
     """Whether `enter` is given a model to simulate the records' commands with."""
     names_one = getattr(parsed, "model", None) is not None or case_folder(parsed) is not None
-    return names_one and getattr(parsed, "command", None) == "diagnose"
+    return names_one and getattr(parsed, "simulates_records", False)
 
 
 def case_folder(parsed: argparse.Namespace) -> str | None:

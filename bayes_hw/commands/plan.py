@@ -53,8 +53,7 @@ def run(parsed: argparse.Namespace) -> None:
 
     from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, say_page
-    from bayes_hw.csv_output import write_csv
-    from bayes_hw.files import check_output_folder, staged, write_text_atomically
+    from bayes_hw.files import check_output_folder, staged, write_csv, write_text_atomically
     from bayes_hw.first_look.plan import AxisLimits, plan
     from bayes_hw.provenance import provenance
     from bayes_hw.report.page.render import render

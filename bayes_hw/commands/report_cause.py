@@ -16,9 +16,8 @@ from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost

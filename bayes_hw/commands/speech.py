@@ -6,7 +6,7 @@ import math
 import sys
 from typing import TYPE_CHECKING
 
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.typography import visible
 
 if TYPE_CHECKING:
     from bayes_hw.report.page.document import Report

@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Name the kind of every file; raises InputError on the first that is not what it should be."""
     from bayes_hw.commands.speech import say
-    from bayes_hw.file_validation import check_file
+    from bayes_hw.file_schemas import check_file
 
     for name in parsed.files:
         kind = check_file(Path(name), parsed.kind)

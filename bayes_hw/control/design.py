@@ -8,24 +8,88 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+from scipy import signal
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.control.allowance import CrossoverCurve, NotchRange, crossover_curves, notch_ranges
 from bayes_hw.control.axis_draws import AxisDraws, EffectInLoop
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.limit_cycles import CycleCheck, check_cycles
 from bayes_hw.control.loop import Loop
-from bayes_hw.control.loop_bands import LoopBands, loop_bands
 from bayes_hw.control.margins import Margins, Requirements, loop_margins
-from bayes_hw.control.noise_paths import noise_paths
 from bayes_hw.control.plant_summary import PlantSummary, plant_summary
 from bayes_hw.control.responses import DURATION_S, Response, TestSignals, responses
 from bayes_hw.control.tuning import Structure, Tuning, tune
 from bayes_hw.control.uncertainty import KINDS, UncertaintySet, robustness_peak, uncertainty_set
 from bayes_hw.errors import InputError
+from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.progress import Progress
 from bayes_hw.threads import one_blas_thread
+
+BURN_IN = 500
+
+
+def noise_paths(sigma: FloatArray, partial: FloatArray, samples: int, rng: np.random.Generator) -> FloatArray:
+    """One path (draws, samples) of e(k) = sum_i phi_i e(k - i) + a(k) a draw.
+
+    `sigma` (draws,) is the marginal standard deviation in output units, `partial` (p, draws) are the partial
+    autocorrelations.
+    """
+    innovation = sigma * np.sqrt(np.prod(1 - partial**2, axis=0))
+    shocks = innovation[:, None] * rng.standard_normal((len(sigma), BURN_IN + samples))
+    coefficients = autoregression_from_partial(partial)
+    paths = [
+        signal.lfilter([1.0], np.concatenate([[1.0], -phi]), row)[BURN_IN:]
+        for phi, row in zip(coefficients.T, shocks, strict=True)
+    ]
+    return np.asarray(paths, dtype=np.float64)
+
+
+CURVES = 24
+"""Draws whose Nyquist curves are kept."""
+
+BAND_DRAWS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class LoopBands:
+    """S = 1 / (1 + L) and T = L / (1 + L) in dB: pointwise central 94 % (2, frequencies) and that of the
+    point estimate (frequencies,); L of some draws (curves, frequencies) and of the point estimate."""
+
+    frequency_hz: FloatArray
+    sensitivity_db: FloatArray
+    nominal_sensitivity_db: FloatArray
+    complementary_db: FloatArray
+    nominal_complementary_db: FloatArray
+    curves: ComplexArray
+    nominal_curve: ComplexArray
+
+
+def loop_bands(loop: Loop, nominal: Loop) -> LoopBands:
+    """Bands of the first BAND_DRAWS draws of `loop`."""
+    frequency = loop.frequency_hz
+    few = Loop(loop.axis.take(np.arange(min(BAND_DRAWS, loop.axis.count))), loop.controller)
+    response, centre = few.response(frequency), nominal.response(frequency)[0]
+    tails = [(1 - INTERVAL_PROBABILITY) / 2, (1 + INTERVAL_PROBABILITY) / 2]
+
+    def band(values: ComplexArray) -> FloatArray:
+        return np.asarray(20 * np.log10(np.quantile(np.abs(values), tails, axis=0)), dtype=np.float64)
+
+    def decibel(values: ComplexArray) -> FloatArray:
+        return np.asarray(20 * np.log10(np.abs(values)), dtype=np.float64)
+
+    return LoopBands(
+        frequency,
+        band(1 / (1 + response)),
+        decibel(1 / (1 + centre)),
+        band(response / (1 + response)),
+        decibel(centre / (1 + centre)),
+        response[:CURVES],
+        centre,
+    )
+
 
 LEAST_DRAWS = 100
 

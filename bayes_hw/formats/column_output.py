@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import temporary_sibling
+from bayes_hw.files import temporary_sibling, write_csv
 
 
 def write_columns(

@@ -14,7 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.formats.header import is_time_name, matches
+from bayes_hw.formats.header import is_time_name, matches, quantity_of
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import (
     COMMENTS,
@@ -26,7 +26,6 @@ from bayes_hw.formats.text_layout import (
     is_value,
     number_of,
 )
-from bayes_hw.formats.written_quantity import quantity_of
 
 LONGEST_LINE = 2**20
 ROWS_AT_ONCE = 2**16

@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw.errors import InputError
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.formats.header import is_time_name
-from bayes_hw.formats.matlab_objects import refuse_object
+from bayes_hw.formats.matlab_elements import refuse_object
 from bayes_hw.formats.table import Column, Table, numbers, refuse_infinite, stated_unit
 
 MOST_BYTES = 256 * 2**20

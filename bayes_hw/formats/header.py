@@ -1,9 +1,16 @@
-"""Headers of tables: a name with its unit, in the ways in which logs write them."""
+"""Headers of tables: a name with its unit, in the ways in which logs write them.
+
+Headers of channels that each have a clock of their own: a property a row, its name and value by turns.
+
+TwinCAT Scope writes such files: lines `Name`, `Data-Type`, `SampleTime[ms]`, `Unit` and others, each key
+repeated before the value of every channel, then rows of a time in ms and a value by turns.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from bayes_hw.quantities import KNOWN_WORDS
 
@@ -108,3 +115,73 @@ def is_time_name(name: str) -> bool:
     """Whether a column of this name is likely to be a clock."""
     bare = split_name(name)[0].casefold().strip("_ ")
     return bare in TIME_WORDS or bare.endswith(("time", "timestamp", "_t", "mjd"))
+
+
+LEAST_ROWS = 3
+"""Properties from which on such a block is no accident."""
+
+NAME, UNIT = "name", "unit"
+
+
+def paired_header(rows: Sequence[Sequence[str]], columns: int) -> tuple[list[str], list[str]] | None:
+    """Names and units of the columns (times and values by turns), None where `rows` are no such header.
+
+    The first clock is called "time", the others after their channel; a repeated key is that of the last row.
+    """
+    properties = {}
+    for row in rows:
+        keys = {cell.strip().lower() for cell in row[0:columns:2]}
+        if columns >= 2 and columns % 2 == 0 and len(row) >= columns - 1 and len(keys) == 1 and keys != {""}:
+            values = [cell.strip() for cell in row[1:columns:2]]
+            properties[keys.pop()] = values + [""] * (columns // 2 - len(values))
+    named = properties.get(NAME, [])
+    if len(properties) < LEAST_ROWS or not named or not all(named):
+        return None
+    names, units = [], []
+    for number, (name, unit) in enumerate(zip(named, properties.get(UNIT, [""] * len(named)), strict=True)):
+        names += ["time" if number == 0 else f"{name} time", name]
+        units += ["ms", unit.strip("[]()")]
+    return names, units
+
+
+SEXAGESIMAL = re.compile(
+    r"""([+-]?)\s*([0-9]{1,3})\s*(?P<first>[:°ºdhᵈʰ ])\s*([0-5]?[0-9])\s*(?:[:'′mᵐ ])\s*
+    ((?:[0-5]?[0-9]|60)(?:[.,][0-9]*)?)\s*(?:["″sˢ]|'')?""",
+    re.VERBOSE,
+)
+"""Degrees or hours, minutes of 60 and seconds of 60, to which a last digit may have been rounded."""
+
+WITH_UNIT = re.compile(
+    r"([+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?)\s*([^0-9\s.,:+-][^0-9:]{0,15})"
+)
+"""A number and what stands behind it."""
+
+DEGREES_AN_HOUR = 15.0
+"""Of hour angle."""
+
+
+class Quantity(NamedTuple):
+    """A number and its unit, None where the cell states none."""
+
+    value: float
+    unit: str | None
+
+
+def quantity_of(cell: str) -> Quantity | None:
+    """`12:30:36` and `12d30m36s` are 12.51 degrees, `1h02m03s` an hour angle in degrees, `0.5 deg/s` a number
+    with its unit; None for any other text.
+
+    Angles with colons state no unit: they are taken for degrees unless an option says otherwise.
+    """
+    found = SEXAGESIMAL.fullmatch(cell.strip())
+    if found is not None:
+        whole, minutes = float(found[2]), float(found[4])
+        seconds = float(found[5].replace(",", "."))
+        value = (whole + minutes / 60 + seconds / 3600) * (-1 if found[1] == "-" else 1)
+        if found["first"] in "hʰ":
+            return Quantity(value * DEGREES_AN_HOUR, "deg")
+        return Quantity(value, None if found["first"] in ": " else "deg")
+    found = WITH_UNIT.fullmatch(cell.strip())
+    if found is None:
+        return None
+    return Quantity(float(found[1].replace(",", ".")), found[2].strip())

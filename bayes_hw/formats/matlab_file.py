@@ -25,8 +25,8 @@ from bayes_hw.formats.matlab_elements import (
     STRUCTURE,
     DamagedError,
     Matrix,
+    refuse_object,
 )
-from bayes_hw.formats.matlab_objects import refuse_object
 from bayes_hw.formats.table import Table, refuse_infinite
 
 MOST_BYTES = 256 * 2**20

@@ -43,8 +43,8 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
 
         return read_json(path, wanted, most_rows=most_rows, text=clocks)
     _refuse_packed(path)
-    from bayes_hw.formats.annotated_csv import is_annotated, read_annotated
     from bayes_hw.formats.csv_file import read_csv
+    from bayes_hw.formats.long_table import is_annotated, read_annotated
 
     if is_annotated(path):
         return read_annotated(path, wanted, most_rows=most_rows, text=clocks)
@@ -80,7 +80,7 @@ def _refuse_packed(path: Path) -> None:
 def _with_timetables(
     path: Path, wanted: Sequence[str], clocks: Sequence[str], suffix: str, most_rows: int
 ) -> Table:
-    from bayes_hw.formats.matlab_objects import READABLE, ObjectError
+    from bayes_hw.formats.matlab_elements import READABLE, ObjectError
 
     try:
         return _hdf5_or_matlab(path, wanted, clocks, suffix, most_rows)

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bayes_hw.errors import InputError
-from bayes_hw.formats.header import bare_unit, looks_like_unit, unit_of
-from bayes_hw.formats.paired_header import paired_header
+from bayes_hw.formats.header import bare_unit, looks_like_unit, paired_header, unit_of
 
 HEAD_BYTES = 2**20
 HEAD_LINES = 400

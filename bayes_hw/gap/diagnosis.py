@@ -13,8 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
 from bayes_hw.gap.answer.corrected_train import corrected_train

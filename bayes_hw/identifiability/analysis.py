@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
 from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes
@@ -20,7 +19,7 @@ from bayes_hw.identifiability.gain_posterior import FreedRuns, implied_log_sd, s
 from bayes_hw.identifiability.invariance import Agreement, Contraction, compare_invariants, contractions
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
 from bayes_hw.identifiability.profile import Profile, profile_likelihoods
-from bayes_hw.identifiability.spectrum import Spectrum, information_spectrum
+from bayes_hw.identifiability.sensitivity import Spectrum, information_spectrum
 from bayes_hw.identifiability.structure import POINTS, Structure, analyse_structure
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict, flat_verdicts, verdict_on
 from bayes_hw.identify.output_error import fit_output_error, prior_scale

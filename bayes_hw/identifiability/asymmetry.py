@@ -17,7 +17,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identifiability.scaling_group import Invariant, exponent_vector, invariants, log_monomial
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import Summary, summarize
-from bayes_hw.model.priors import LogNormal
 
 Decision: TypeAlias = Literal["supported", "undecided", "contradicted"]
 
@@ -79,10 +78,10 @@ def check_assumptions(posterior: Posterior) -> tuple[AssumptionTest, ...]:
 
 def _check(posterior: Posterior, invariant: Invariant) -> AssumptionTest:
     chains = log_monomial(invariant.exponents, posterior.values, posterior.names)
-    priors = [(p.name, p.prior) for p in posterior.axis.parameters if isinstance(p.prior, LogNormal)]
-    powers = exponent_vector(invariant.exponents, [name for name, _ in priors])
-    prior_mean = float(powers @ np.log([abs(prior.median) for _, prior in priors]))
-    prior_sd = float(np.sqrt(powers**2 @ np.array([prior.log_sd**2 for _, prior in priors])))
+    normal = {p.name: found for p in posterior.axis.parameters if (found := p.prior.of_logarithm) is not None}
+    powers = exponent_vector(invariant.exponents, list(normal))
+    means, sds = np.array(list(normal.values())).T
+    prior_mean, prior_sd = float(powers @ means), float(np.sqrt(powers**2 @ sds**2))
     factors = {}
     for width in PRIOR_LOG_SDS:
         single = np.array([log_density_ratio(chain.ravel(), prior_mean, prior_sd, width) for chain in chains])

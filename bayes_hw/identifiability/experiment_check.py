@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_text_atomically
 from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
 from bayes_hw.identify.noise import stationary_autoregression

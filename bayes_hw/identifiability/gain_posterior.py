@@ -37,7 +37,6 @@ from bayes_hw.infer.starting_point import (
     split_by_record,
 )
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
-from bayes_hw.model.priors import LogNormal
 from bayes_hw.progress import Progress
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
@@ -269,11 +268,5 @@ def implied_log_sd(name: str, freed: Sequence[Parameter]) -> float:
 
 def _log_normal_moments(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Mean and variance of log |value|; zero where the prior is not log-normal, which no exponent meets."""
-    pairs = [
-        (float(np.log(abs(p.prior.median))), p.prior.log_sd**2)
-        if isinstance(p.prior, LogNormal)
-        else (0.0, 0.0)
-        for p in parameters
-    ]
-    mean, variance = np.array(pairs).T
-    return mean, variance
+    mean, sd = np.array([p.prior.of_logarithm or (0.0, 0.0) for p in parameters]).T
+    return mean, sd**2

@@ -32,7 +32,6 @@ from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
-from bayes_hw.model.priors import Normal
 from bayes_hw.record import Record
 
 LEAST_VARIANCE = 1e-12
@@ -194,4 +193,5 @@ def _local_precision(
 
 def _start_variance(parameter: Parameter) -> float:
     """Prior variance of an initial state; zero for what the posterior knows."""
-    return parameter.prior.sd**2 if isinstance(parameter.prior, Normal) else 0.0
+    _, sd = parameter.prior.of_value or (0.0, 0.0)
+    return sd**2

@@ -24,7 +24,6 @@ from bayes_hw.identifiability.scaling_group import (
 from bayes_hw.infer.convergence import effective_sample_size
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.summary import Summary, summarize
-from bayes_hw.model.priors import LogNormal
 
 SIGNIFICANCE = 0.01
 """Chance that runs which agree are said to differ, over all comparisons together (Bonferroni)."""
@@ -135,7 +134,7 @@ def contractions(freed: Posterior) -> tuple[tuple[Contraction, ...], tuple[Contr
     """Contraction of every raw parameter on the ridge, and of every invariant, in logarithms."""
     axis = freed.axis
     assert isinstance(axis, FreedGains)
-    log_sd = {p.name: p.prior.log_sd for p in axis.parameters if isinstance(p.prior, LogNormal)}
+    log_sd = {p.name: found[1] for p in axis.parameters if (found := p.prior.of_logarithm) is not None}
     group = acting_generators(axis.names)
     on_ridge = [name for name, row in zip(axis.names, group, strict=True) if np.any(row != 0)]
     pooled = _pooled_log_sd(axis.names, group, log_sd)

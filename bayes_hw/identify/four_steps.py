@@ -17,7 +17,6 @@ from bayes_hw.identify.cascade_fit import CascadeFit, evaluated, fit_cascade
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.experiment import Experiment, PoleSource, pole_source, prepare
 from bayes_hw.identify.feedback import feedback_test
-from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.identified_model import (
     baseline_model,
@@ -27,7 +26,13 @@ from bayes_hw.identify.identified_model import (
     search_note,
     warnings_of,
 )
-from bayes_hw.identify.input_nonlinearity import InputNonlinearity, estimate_input_nonlinearity
+from bayes_hw.identify.input_nonlinearity import (
+    InputNonlinearity,
+    OutputNonlinearity,
+    at_half_width,
+    estimate_input_nonlinearity,
+    estimate_output_nonlinearity,
+)
 from bayes_hw.identify.linear_output_error import (
     SCAN_ORDER,
     LinearStage,
@@ -38,12 +43,8 @@ from bayes_hw.identify.linear_output_error import (
 from bayes_hw.identify.long_records import beginnings
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.output_error import whitened
-from bayes_hw.identify.output_nonlinearity import (
-    OutputNonlinearity,
-    at_half_width,
-    estimate_output_nonlinearity,
-)
 from bayes_hw.identify.result import Identification, Rebuilt, RecordFit, Step
+from bayes_hw.identify.validation import fit_percent
 from bayes_hw.identify.whole_cascade import JointStage, identify_jointly
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread

@@ -25,8 +25,7 @@ from bayes_hw.identify.growth.delay import (
 )
 from bayes_hw.identify.growth.onset import with_free_onset
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
-from bayes_hw.identify.growth.second_integrators import with_one_integrator
-from bayes_hw.identify.growth.slow_poles import with_slow_poles
+from bayes_hw.identify.growth.slow_poles import with_one_integrator, with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     OrderCandidate,
     Progress,

@@ -26,7 +26,6 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import ParameterVector
-from bayes_hw.model.priors import Normal
 from bayes_hw.record import Record
 
 GROUPS, GROUPS_OF_A_PAIR = 40, 8
@@ -70,7 +69,7 @@ class CentredWeights:
         rows = axis.weight_rows
         if not rows:
             return None
-        priors = [prior for row in rows if isinstance(prior := axis.parameters[row].prior, Normal)]
+        priors = [found for row in rows if (found := axis.parameters[row].prior.of_value) is not None]
         gain_row = axis.names.index("velocity_gain") if "velocity_gain" in axis.names else None
         pairs = axis.linear_batch(values[:, None]).pair_poles[:, 0]
         z, strength = _grouped_spectrum(values[0], values[1], pairs, noise, records)
@@ -82,8 +81,8 @@ class CentredWeights:
             z,
             np.sqrt(power * strength),
             left,
-            np.array([prior.mean for prior in priors]),
-            np.array([1 / prior.sd**2 for prior in priors]),
+            np.array([mean for mean, _ in priors]),
+            np.array([1 / sd**2 for _, sd in priors]),
         )
 
     def to_plain(self, centred: FloatArray) -> tuple[FloatArray, FloatArray]:

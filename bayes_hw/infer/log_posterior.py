@@ -1,16 +1,24 @@
-"""The log-posterior density of a Hammerstein-Wiener axis given its records."""
+"""The log-posterior density of a Hammerstein-Wiener axis given its records.
+
+The level from which the angles of a record count is integrated out of its likelihood.
+
+A record that does not begin at zero counts from the mean of its first samples at rest, which is known no
+better than they say: y = simulated y + level + noise. The likelihood of normal noise is quadratic in the
+level, so that three of its values tell all of it, and its integral over a flat prior is exact. Every sample
+is used once: those at rest are among the ones that the likelihood holds.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import known_signals, with_known
-from bayes_hw.infer.level import integrated
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -18,12 +26,70 @@ from bayes_hw.infer.noise import (
     robust_log_likelihood,
     robust_precision,
 )
-from bayes_hw.infer.residual_sums import lagged_sums, robust_sums
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import NONE, LaggedSums, lagged_residual_sums, simulate_batch
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
-from bayes_hw.model.robust_kernel import robust_residual_sums
+from bayes_hw.model.robust_kernel import RobustSums, robust_residual_sums
 from bayes_hw.record import Record
+
+
+def lagged_sums(residuals: FloatArray, order: int, near: NDArray[np.int64] = NONE) -> LaggedSums:
+    """Of residuals (walkers, samples), samples > order: see `bayes_hw.model.kernel.lagged_residual_sums`."""
+    samples = residuals.shape[1]
+    lagged = [
+        np.einsum("wk,wk->w", residuals[:, lag:], residuals[:, : samples - lag]) for lag in range(order + 1)
+    ]
+    return LaggedSums(
+        np.array(lagged),
+        residuals[:, :order].T,
+        residuals[:, samples - order :].T,
+        residuals[:, near].T,
+        residuals.sum(axis=1)[None],
+    )
+
+
+def robust_sums(
+    residuals: FloatArray,
+    autoregression: FloatArray,
+    precision: FloatArray,
+    near: NDArray[np.int64] = NONE,
+) -> RobustSums:
+    """Of residuals (walkers, samples): see `bayes_hw.model.robust_kernel.robust_residual_sums`."""
+    order, samples = len(autoregression), residuals.shape[1]
+    innovations = residuals[:, order:].copy()
+    for lag, coefficients in enumerate(autoregression, start=1):
+        innovations -= coefficients[:, None] * residuals[:, order - lag : samples - lag]
+    logarithms = np.sum(np.log1p(precision[:, None] * innovations**2), axis=1)
+    return RobustSums(logarithms, residuals[:, :order].T, residuals[:, near].T)
+
+
+def shifted(sums: LaggedSums, samples: int, level: FloatArray) -> LaggedSums:
+    """The sums of residuals less `level` (walkers,), of one record of so many samples."""
+    lagged = np.empty_like(sums.lagged)
+    first, last = np.zeros_like(level), np.zeros_like(level)
+    for lag in range(len(lagged)):
+        if lag:
+            first = first + sums.head[lag - 1]
+            last = last + sums.tail[len(sums.tail) - lag]
+        both = 2 * sums.whole[0] - first - last
+        lagged[lag] = sums.lagged[lag] - level * both + (samples - lag) * level**2
+    return LaggedSums(
+        lagged, sums.head - level, sums.tail - level, sums.near - level, sums.whole - samples * level
+    )
+
+
+def integrated(
+    likelihood: Callable[[LaggedSums], FloatArray], sums: LaggedSums, samples: int, step: FloatArray
+) -> FloatArray:
+    """Logarithm of the integral of a record's likelihood over its level (walkers,), with a flat prior.
+
+    `likelihood` is the logarithm of it under sums, `step` (walkers,) the level at which it is tried, of the
+    size of the noise.
+    """
+    at_zero = likelihood(sums)
+    above, below = (likelihood(shifted(sums, samples, sign * step)) for sign in (1.0, -1.0))
+    curvature = np.maximum(2 * at_zero - above - below, np.finfo(float).tiny)
+    return at_zero + 0.125 * (above - below) ** 2 / curvature + 0.5 * np.log(2 * np.pi * step**2 / curvature)
 
 
 class LogPosterior:
@@ -32,7 +98,7 @@ class LogPosterior:
     Generative model: y = n(G f(u)) + e with e a stationary AR(p) process of normal or Student-t innovations,
     independent between records (see `bayes_hw.infer.noise`), and independent priors on the parameters'
     values. Samples that were not measured are not part of it. Under normal innovations the level of a record
-    that does not count from zero is integrated out (see `bayes_hw.infer.level`). The density is that of the
+    that does not count from zero is integrated out. The density is that of the
     unbounded coordinates, Jacobian included.
 
     `parameters` are those of the axis followed by the noise's: `noise` holds sigma, p partial

@@ -10,10 +10,10 @@ from scipy import special, stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.feedback import FeedbackTest, feedback_test
-from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial, burg
 from bayes_hw.identify.output_error import whitened
+from bayes_hw.identify.validation import fit_percent
 from bayes_hw.record import Record
 
 SIGNIFICANCE = 0.01

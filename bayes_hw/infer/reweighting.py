@@ -18,7 +18,7 @@ LARGEST_PARETO_K = 0.7
 """Of the tail of the weights: beyond it importance weights are not to be relied on."""
 
 StandIn: TypeAlias = Literal["expanded_likelihood", "following_weights"]
-"""What the draws were made of: `bayes_hw.infer.expansion` or `bayes_hw.infer.following_weights`."""
+"""What the draws were made of: `bayes_hw.infer.long_records` or `bayes_hw.infer.following_weights`."""
 
 
 @dataclass(frozen=True)

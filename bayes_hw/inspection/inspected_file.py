@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.errors import InputError
-from bayes_hw.formats.header import is_time_name
+from bayes_hw.formats.header import is_time_name, quantity_of
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import is_value
-from bayes_hw.formats.written_quantity import quantity_of
 from bayes_hw.inspection.clock_column import clock_of, no_clock, rate_of, rows_of, second_clock
 from bayes_hw.inspection.column_facts import ColumnFacts, column_facts, filled, line_of
 from bayes_hw.inspection.mends import (

@@ -20,7 +20,7 @@ from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.page.drawing import on_paper
-from bayes_hw.report.posterior.figures_fit import fit_canvas
+from bayes_hw.report.posterior.figures_prediction import fit_canvas
 
 
 @dataclass(frozen=True, eq=False)

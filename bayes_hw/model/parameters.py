@@ -8,7 +8,7 @@ import numpy as np
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal, Prior, Transform
+from bayes_hw.model.priors import Prior, Transform
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Parameter:
     def coordinate_sd(self) -> float:
         """Standard deviation of the coordinate under the prior, where it is normal; else half of what lies
         between the coordinates at one standard deviation of a normal to either side of the prior's median."""
-        normal = _normal_coordinate(self)
+        normal = self.transform.normal_of(self.prior)
         if normal is not None:
             return normal[1]
         either_side = self.prior.quantile(special.ndtr(np.array([-1.0, 1.0])))
@@ -62,14 +62,12 @@ class ParameterVector:
 
     def __init__(self, parameters: tuple[Parameter, ...]) -> None:
         self.parameters = parameters
-        self._logarithms = np.array(
-            [i for i, p in enumerate(parameters) if isinstance(p.transform, Logarithm)], dtype=int
-        )
-        self._negative = [
-            i for i, p in enumerate(parameters) if isinstance(p.transform, Logarithm) and p.transform.sign < 0
-        ]
-        self._no_logarithms = [i for i in range(len(parameters)) if i not in self._logarithms]
-        normal = {i: found for i, p in enumerate(parameters) if (found := _normal_coordinate(p)) is not None}
+        signs = [p.transform.exponential for p in parameters]
+        self._logarithms = np.flatnonzero(signs)
+        self._negative = [i for i, sign in enumerate(signs) if sign < 0]
+        self._no_logarithms = [i for i, sign in enumerate(signs) if sign == 0]
+        coordinates = [p.transform.normal_of(p.prior) for p in parameters]
+        normal = {i: found for i, found in enumerate(coordinates) if found is not None}
         self._normal = np.array(list(normal), dtype=int)
         self._mean = np.array([mean for mean, _ in normal.values()]).reshape(-1, 1)
         self._precision = np.array([1 / sd for _, sd in normal.values()]).reshape(-1, 1)
@@ -97,17 +95,3 @@ class ParameterVector:
             total += parameter.prior.log_density(values[i])
             total += parameter.transform.log_jacobian(coordinates[i])
         return total
-
-
-def _normal_coordinate(parameter: Parameter) -> tuple[float, float] | None:
-    """Mean and standard deviation of the coordinate, where its prior is normal."""
-    prior, transform = parameter.prior, parameter.transform
-    if isinstance(prior, Normal) and isinstance(transform, Identity):
-        return prior.mean, prior.sd
-    if (
-        isinstance(prior, LogNormal)
-        and isinstance(transform, Logarithm)
-        and prior.median * transform.sign > 0
-    ):
-        return float(np.log(abs(prior.median))), prior.log_sd
-    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from scipy import special
@@ -15,8 +15,18 @@ ROUNDING, SMALLEST_MODULUS = 1e-15, 1e-100
 """Distance from the border at which a value still has a finite coordinate."""
 
 
+Moments: TypeAlias = tuple[float, float] | None
+"""Mean and standard deviation of what is normal; None where it is not."""
+
+
 class Prior(Protocol):
-    """A one-dimensional density."""
+    """A one-dimensional density; the value or the logarithm of its size may be normal."""
+
+    @property
+    def of_value(self) -> Moments: ...
+
+    @property
+    def of_logarithm(self) -> Moments: ...
 
     def log_density(self, value: FloatArray) -> FloatArray:
         """Natural logarithm of the density at every value, -inf outside the support."""
@@ -31,12 +41,28 @@ class Prior(Protocol):
         ...
 
 
+class Density:
+    """What is normal of most densities: neither value nor logarithm."""
+
+    @property
+    def of_value(self) -> Moments:
+        return None
+
+    @property
+    def of_logarithm(self) -> Moments:
+        return None
+
+
 @dataclass(frozen=True)
-class Normal:
+class Normal(Density):
     """exp(-(x - mean)^2 / (2 sd^2)) / (sd sqrt(2 pi))."""
 
     mean: float
     sd: float
+
+    @property
+    def of_value(self) -> Moments:
+        return self.mean, self.sd
 
     def log_density(self, value: FloatArray) -> FloatArray:
         standard = (value - self.mean) * (1 / self.sd)
@@ -50,11 +76,15 @@ class Normal:
 
 
 @dataclass(frozen=True)
-class LogNormal:
+class LogNormal(Density):
     """log |x| is normal about log |median| with standard deviation log_sd; x has the sign of `median`."""
 
     median: float
     log_sd: float
+
+    @property
+    def of_logarithm(self) -> Moments:
+        return float(np.log(abs(self.median))), self.log_sd
 
     def log_density(self, value: FloatArray) -> FloatArray:
         ratio = np.asarray(value / self.median, dtype=np.float64)
@@ -79,7 +109,7 @@ class LogNormal:
 
 
 @dataclass(frozen=True)
-class HalfNormal:
+class HalfNormal(Density):
     """2 exp(-x^2 / (2 scale^2)) / (scale sqrt(2 pi)) for x >= 0."""
 
     scale: float
@@ -97,7 +127,7 @@ class HalfNormal:
 
 
 @dataclass(frozen=True)
-class Uniform:
+class Uniform(Density):
     """Constant between `lower` and `upper`."""
 
     lower: float
@@ -115,7 +145,7 @@ class Uniform:
 
 
 @dataclass(frozen=True)
-class ShiftedLogNormal:
+class ShiftedLogNormal(Density):
     """x - lower is log-normal with the given median and standard deviation of its logarithm."""
 
     lower: float
@@ -134,7 +164,7 @@ class ShiftedLogNormal:
 
 
 @dataclass(frozen=True)
-class TimeConstant:
+class TimeConstant(Density):
     """A pole p of the given `sign` whose time constant -1 / log |p| in samples is log-normal about `median`.
 
     A uniform density of p would hold a slow pole to be as unlikely as it is close to one; this one does not
@@ -163,6 +193,15 @@ class TimeConstant:
 class Transform(Protocol):
     """A monotone map between a parameter's value and an unbounded coordinate."""
 
+    @property
+    def exponential(self) -> float:
+        """The sign s of value = s exp(coordinate); zero for any other map."""
+        ...
+
+    def normal_of(self, prior: Prior) -> Moments:
+        """Of the coordinate, where `prior` makes it normal."""
+        ...
+
     def to_value(self, coordinate: FloatArray) -> FloatArray: ...
 
     def to_coordinate(self, value: FloatArray) -> FloatArray: ...
@@ -172,9 +211,23 @@ class Transform(Protocol):
         ...
 
 
+class Map:
+    """No exponential, and nothing normal."""
+
+    @property
+    def exponential(self) -> float:
+        return 0.0
+
+    def normal_of(self, prior: Prior) -> Moments:  # noqa: ARG002
+        return None
+
+
 @dataclass(frozen=True)
-class Identity:
+class Identity(Map):
     """value = coordinate."""
+
+    def normal_of(self, prior: Prior) -> Moments:
+        return prior.of_value
 
     def to_value(self, coordinate: FloatArray) -> FloatArray:
         return coordinate
@@ -187,10 +240,17 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Logarithm:
+class Logarithm(Map):
     """value = sign exp(coordinate), with `sign` +1 or -1."""
 
     sign: float = 1.0
+
+    @property
+    def exponential(self) -> float:
+        return self.sign
+
+    def normal_of(self, prior: Prior) -> Moments:
+        return prior.of_logarithm if self.sign * prior.quantile(np.array(0.5)) > 0 else None
 
     def to_value(self, coordinate: FloatArray) -> FloatArray:
         return self.sign * np.exp(coordinate)
@@ -203,7 +263,7 @@ class Logarithm:
 
 
 @dataclass(frozen=True)
-class ShiftedLogarithm:
+class ShiftedLogarithm(Map):
     """value = lower + exp(coordinate)."""
 
     lower: float
@@ -219,7 +279,7 @@ class ShiftedLogarithm:
 
 
 @dataclass(frozen=True)
-class HyperbolicTangent:
+class HyperbolicTangent(Map):
     """value = tanh(coordinate), for values between -1 and 1."""
 
     def to_value(self, coordinate: FloatArray) -> FloatArray:
@@ -234,7 +294,7 @@ class HyperbolicTangent:
 
 
 @dataclass(frozen=True)
-class NormalProbability:
+class NormalProbability(Map):
     """value = 2 Phi(coordinate) - 1, for values between -1 and 1.
 
     A uniform prior is a standard normal one of the coordinate; of an inverse tangent it has exponential
@@ -252,7 +312,7 @@ class NormalProbability:
 
 
 @dataclass(frozen=True)
-class TimeConstantLogarithm:
+class TimeConstantLogarithm(Map):
     """value = sign exp(-exp(-coordinate)), a pole of modulus between 0 and 1: the coordinate is the logarithm
     of its time constant in samples."""
 

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.draws import UnreachableGapError, draw_commands, rms
+from bayes_hw.plant.draws import Plant, UnreachableGapError, draw_commands, rms
 from bayes_hw.plant.effects import Effect, Scales
-from bayes_hw.plant.effects.effect import log_uniform
-from bayes_hw.plant.excitation import Excitation
+from bayes_hw.plant.effects.effect import log_uniform, strength_for_gap
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal, refit
-from bayes_hw.plant.run import Reading
-from bayes_hw.plant.strength import strength_for_gap
 
 SHAPE_ATTEMPTS = 6
 """Shapes of a fault tried before another axis is drawn."""
@@ -51,41 +48,6 @@ class BlindCase:
     train: tuple[BlindRecord, ...]
     holdout: BlindRecord
     truth: dict[str, object]
-
-
-class Plant(Protocol):
-    """What makes the axes of a kind and their records."""
-
-    def draw_axis(
-        self, rng: np.random.Generator, kind: Kind
-    ) -> tuple[Any, float, float, tuple[Excitation, ...], float]:
-        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
-        ...
-
-    def nominal_of(self, axis: Any) -> Nominal:
-        """The system that the axis is without faults."""
-        ...
-
-    def scales(
-        self,
-        axis: Any,
-        commands: Sequence[FloatArray],
-        outputs: Sequence[FloatArray],
-        sigma: float,
-        duration: float,
-    ) -> Scales:
-        """Sizes natural to the axis and its records."""
-        ...
-
-    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
-        """A fault of this label."""
-        ...
-
-    def run(
-        self, axis: Any, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
-    ) -> Reading:
-        """One record under these faults of these strengths."""
-        ...
 
 
 def make_case(seed: int, index: int, kind: Kind, labels: Sequence[str] | None = None) -> BlindCase:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -12,11 +12,13 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.effects.effect import Effect, Scales, log_uniform
 from bayes_hw.plant.excitation import FAMILIES, Excitation
 from bayes_hw.plant.kinds import Kind
-from bayes_hw.plant.nominal import Nominal
+from bayes_hw.plant.nominal import Nominal, UnfitAxisError
 from bayes_hw.plant.run import LimitedAxis, Reading, RecordRun
-from bayes_hw.plant.sampled_system import UnfitAxisError
 
 AXIS_ATTEMPTS = 400
+
+Limits: TypeAlias = tuple[float, float]
+"""Lower and upper, deg/s."""
 
 DrawnAxis: TypeAlias = tuple[Any, float, float, tuple[Excitation, ...], float]
 """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
@@ -24,18 +26,6 @@ DrawnAxis: TypeAlias = tuple[Any, float, float, tuple[Excitation, ...], float]
 
 class UnreachableGapError(RuntimeError):
     """No strength of any shape that was drawn leaves a gap of the wanted size."""
-
-
-def stable_axis(make: Callable[[], Any], nominal_of: Callable[[Any], Nominal]) -> tuple[Any, Nominal]:
-    """The first of the axes that `make` draws which a case can state, and its system; raises
-    UnreachableGapError after AXIS_ATTEMPTS."""
-    for _ in range(AXIS_ATTEMPTS):
-        axis = make()
-        try:
-            return axis, nominal_of(axis)
-        except UnfitAxisError:
-            continue
-    raise UnreachableGapError("no stable axis")
 
 
 def with_records(
@@ -51,32 +41,9 @@ def with_records(
     return axis, sigma, correlation, excitations, duration
 
 
-def draw_limits(rng: np.random.Generator, speed: float) -> tuple[float, float]:
+def draw_limits(rng: np.random.Generator, speed: float) -> Limits:
     """Lower and upper limit (deg/s) of commands about `speed`."""
     return -float(rng.uniform(0.28, 0.5)) * speed, float(rng.uniform(0.28, 0.5)) * speed
-
-
-def draw_fault(
-    rng: np.random.Generator,
-    label: str,
-    scales: Scales,
-    catalogue: Sequence[type[Effect]],
-    unnamed: Sequence[type[Effect]],
-) -> Effect:
-    """That of `label` in `catalogue`, `other` from those `unnamed`; raises KeyError where it has none."""
-    if label == "other":
-        return unnamed[int(rng.integers(len(unnamed)))].draw(rng, scales)
-    for effect in catalogue:
-        if effect.label == label:
-            return effect.draw(rng, scales)
-    raise KeyError(label)
-
-
-def read_under(run: RecordRun, acting: Sequence[tuple[Effect, float]]) -> Reading:
-    """The reading of a record under these faults of these strengths."""
-    for effect, strength in acting:
-        effect.act(run, strength)
-    return run.read(run.angles())
 
 
 def draw_excitations(rng: np.random.Generator, kind: Kind) -> tuple[Excitation, ...]:
@@ -112,3 +79,91 @@ def draw_commands(
 
 def rms(parts: Sequence[FloatArray]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+class Plant:
+    """What makes the axes of a kind and their records.
+
+    A plant says what its axis, system and record are; sizes are those of what turns behind the gear.
+    """
+
+    catalogue: ClassVar[tuple[type[Effect], ...]]
+    unnamed: ClassVar[tuple[type[Effect], ...]]
+
+    def make_axis(self, rng: np.random.Generator, limits: Limits, delay: int, rate: float) -> Any:
+        """Without a dead zone."""
+        raise NotImplementedError
+
+    def nominal_of(self, axis: Any) -> Nominal:
+        """The system that the axis is without faults; raises UnfitAxisError."""
+        raise NotImplementedError
+
+    def begin(self, axis: Any, command: FloatArray, seed: tuple[int, ...]) -> RecordRun:
+        """A record without faults, not yet run."""
+        raise NotImplementedError
+
+    def inertia_and_stiffness(self, axis: Any) -> tuple[float, float]:
+        """Of what the gear turns, and of the gear."""
+        raise NotImplementedError
+
+    def draw_axis(self, rng: np.random.Generator, kind: Kind) -> DrawnAxis:
+        """The first axis that a case can state, with its records; raises UnreachableGapError after
+        AXIS_ATTEMPTS."""
+        rate = float(rng.choice(kind.rates_hz))
+        duration = float(rng.choice(kind.durations_s))
+        limits = draw_limits(rng, kind.speed(rng))
+        delay = int(rng.integers(0, 4))
+        for _ in range(AXIS_ATTEMPTS):
+            axis = self.make_axis(rng, limits, delay, rate)
+            try:
+                return with_records(rng, kind, axis, self.nominal_of(axis), duration)
+            except UnfitAxisError:
+                continue
+        raise UnreachableGapError("no stable axis")
+
+    def scales(
+        self,
+        axis: Any,
+        commands: Sequence[FloatArray],  # noqa: ARG002
+        outputs: Sequence[FloatArray],
+        sigma: float,
+        duration: float,
+    ) -> Scales:
+        """Sizes natural to the axis and its records."""
+        rate, (inertia, stiffness) = axis.sample_rate_hz, self.inertia_and_stiffness(axis)
+        speeds = [np.gradient(w) * rate for w in outputs]
+        torque = inertia * rms([np.gradient(s) * rate for s in speeds])
+        modes = [f for f, _ in self.nominal_of(axis).modes]
+        return Scales(
+            speed=float(np.quantile(np.abs(np.concatenate(speeds)), 0.98)),
+            travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
+            torque=torque,
+            twist=torque / stiffness,
+            sigma=sigma,
+            duration_s=duration,
+            sample_rate_hz=rate,
+            modes_hz=(modes[0], modes[-1]),
+            limit=max(axis.upper, -axis.lower),
+        )
+
+    def unnamed_of(self, kind: Kind) -> tuple[type[Effect], ...]:  # noqa: ARG002
+        return self.unnamed
+
+    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
+        """A fault of this label, `other` from those without a name; raises KeyError where there is none."""
+        if label == "other":
+            unnamed = self.unnamed_of(kind)
+            return unnamed[int(rng.integers(len(unnamed)))].draw(rng, scales)
+        for effect in self.catalogue:
+            if effect.label == label:
+                return effect.draw(rng, scales)
+        raise KeyError(label)
+
+    def run(
+        self, axis: Any, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
+    ) -> Reading:
+        """One record under these faults of these strengths."""
+        run = self.begin(axis, command, seed)
+        for effect, strength in acting:
+            effect.act(run, strength)
+        return run.read(run.angles())

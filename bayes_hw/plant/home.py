@@ -7,19 +7,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.draws import DrawnAxis, draw_fault, draw_limits, read_under, rms, with_records
+from bayes_hw.plant.draws import DrawnAxis, Plant, draw_limits, rms, with_records
 from bayes_hw.plant.drive_train import draw_drive_train
 from bayes_hw.plant.effects import CATALOGUE, OFF_CATALOGUES, Effect, Scales
 from bayes_hw.plant.kinds import Kind
 from bayes_hw.plant.nominal import Nominal, nominal_of
-from bayes_hw.plant.run import Axis, Reading, Run
+from bayes_hw.plant.run import Axis, Run
 
 HIGHEST_MODE = 0.4
 """Largest frequency of a mode, in sample rates: a simulator may be off and must stay below one half."""
 
 
-class HomePlant:
+class HomePlant(Plant):
     """The torque-level plant of this package."""
+
+    catalogue = CATALOGUE
 
     def draw_axis(self, rng: np.random.Generator, kind: Kind) -> DrawnAxis:
         """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
@@ -60,10 +62,8 @@ class HomePlant:
             limit=limit,
         )
 
-    def draw_effect(self, rng: np.random.Generator, kind: Kind, label: str, scales: Scales) -> Effect:
-        return draw_fault(rng, label, scales, CATALOGUE, OFF_CATALOGUES[kind.off_catalogue])
+    def unnamed_of(self, kind: Kind) -> tuple[type[Effect], ...]:
+        return OFF_CATALOGUES[kind.off_catalogue]
 
-    def run(
-        self, axis: Axis, command: FloatArray, seed: tuple[int, ...], acting: Sequence[tuple[Effect, float]]
-    ) -> Reading:
-        return read_under(Run(axis, command, seed), acting)
+    def begin(self, axis: Axis, command: FloatArray, seed: tuple[int, ...]) -> Run:
+        return Run(axis, command, seed)

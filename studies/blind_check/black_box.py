@@ -18,8 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_csv, write_text_atomically
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -19,8 +19,7 @@ import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.csv_output import write_csv
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_csv, write_text_atomically
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS

@@ -20,7 +20,7 @@ from bayes_hw.gap.answer.base_average import DEGREES_ASTRAY
 from bayes_hw.gap.answer.judgement import Judgement
 from bayes_hw.gap.blind.counts import ReliabilityBin, Share, reliability, share
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.blind_report import share_text
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
 from bayes_hw.report.page.palette import BLUE, INK, MUTED, VERMILLION
@@ -79,7 +79,7 @@ def decision_report(
                 f"gain {gain / error if error > 0 else 0.0:.1f} standard errors",
             ),
         ),
-        key_figure=_profiles(fit),
+        key_figure=profiles(fit),
         sections=(
             Section("The constants", (_table(fit), Paragraph(_chosen(fit)), Paragraph(_method(seeds)))),
             Section("Are stated probabilities kept?", (_reliability(fit), Paragraph(_said_of_blocks(fit)))),
@@ -132,7 +132,7 @@ def _table(fit: CalibrationFit) -> Table:
     )
 
 
-def _profiles(fit: CalibrationFit) -> Figure:
+def profiles(fit: CalibrationFit) -> Figure:
     names = names_fitted()
     rows = -(-len(names) // COLUMNS)
     lowest = min(float(np.min(scores)) for _, scores in fit.profiles.values())

@@ -11,8 +11,7 @@ from matplotlib.lines import Line2D
 from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.score import GOALS
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.blind.blind_report import share_state
-from bayes_hw.report.blind.share_words import share_text
+from bayes_hw.report.blind.blind_report import share_state, share_text
 from bayes_hw.report.page.document import Badge, Figure, KeyValues, Paragraph, Report, Section, Table
 from bayes_hw.report.page.drawing import drawable, drawing_settings, finished, new_canvas
 from bayes_hw.report.page.palette import BLUE, MUTED, VERMILLION

@@ -6,8 +6,8 @@ import numpy as np
 
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
+from bayes_hw.control.design import CURVES, loop_bands
 from bayes_hw.control.loop import Loop
-from bayes_hw.control.loop_bands import CURVES, loop_bands
 
 
 def test_bands(axis: AxisDraws, nominal: AxisDraws, controller: Controller) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayes_hw.control.noise_paths import noise_paths
+from bayes_hw.control.design import noise_paths
 
 
 def test_spread_and_correlation() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bayes_hw.formats.paired_header import paired_header
+from bayes_hw.formats.header import paired_header
 from bayes_hw.record import Columns, ReadingOptions, Record
 
 PROPERTIES = (

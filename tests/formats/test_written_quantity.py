@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
 from bayes_hw.formats.csv_file import read_csv
-from bayes_hw.formats.written_quantity import quantity_of
+from bayes_hw.formats.header import quantity_of
 
 
 @pytest.mark.parametrize(("cell", "value", "unit"), [

@@ -46,9 +46,10 @@ def slow_w(
     substeps = round(1 / (rate * STEP)) if setting.fine else 1
     h = 1 / (rate * substeps)
     a, b, c = TRAIN.state_space(setting.resonator, setting.on_structure)
-    ad, bd = held(a, b, h)
-    x, w = np.zeros(len(a)), np.zeros(len(u))
-    followed, swing, force = 0.0, 1.0, np.zeros(3)
+    step = np.hstack(held(a, b, h))
+    whole, w = np.zeros(step.shape[1]), np.zeros(len(u))
+    x, force = whole[: len(a)], whole[len(a) :]
+    followed, swing = 0.0, 1.0
     for k in range(len(u)):
         w[k] = c[W] @ x
         gain = setting.gain_at(k / rate)
@@ -64,7 +65,7 @@ def slow_w(
             force[0] = gain * min(max(command, lower * swing), upper * swing) + setting.bias
             if setting.torques is not no_torques:
                 force[1:] = setting.torques(c @ x)
-            x = ad @ x + bd @ force
+            x[:] = step @ whole
     return w
 
 

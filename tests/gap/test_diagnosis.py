@@ -17,7 +17,7 @@ from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.simulator import simulate_loop
 from bayes_hw.errors import InputError
-from bayes_hw.file_validation import check_file
+from bayes_hw.file_schemas import check_file
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.notes import of_left_out
 from bayes_hw.gap.answer.sentence import sentence

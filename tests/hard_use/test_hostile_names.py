@@ -14,13 +14,13 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below, write_axis
+from short_sampling import sample_shortly
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.infer import pilot
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.typography import visible
 
 RECORD = '<img src=x onerror=alert(1)> #eval("1") $x$ *b* {{7*7}} @a \u202e\x1b[31m'
 MODEL = '../../etc/<script>alert(2)</script> #read("/etc/passwd") \\ $y$ _i_\n\x07'
@@ -33,8 +33,7 @@ FEW = ("--without", *(set(LABEL_BLOCKS) - {"command_bias"}))
 def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Records and a model of hostile names, in the working folder."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 20)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 256)
+        sample_shortly(patch)
         draw_strokes(patch)
         folder = write_axis(tmp_path_factory.mktemp("hostile"), small_axis)
         patch.chdir(folder)

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from command_files import write_axis
 from numba.core.caching import Cache
+from short_sampling import sample_shortly
 
 from bayes_hw.cli import main
-from bayes_hw.infer import pilot
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -51,8 +51,7 @@ def room(size: int) -> Iterator[None]:
 def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Records, a model, a posterior and a report, in the working folder."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 20)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 256)
+        sample_shortly(patch)
         folder = write_axis(tmp_path_factory.mktemp("full"), small_axis)
         patch.chdir(folder)
         assert main(sampling()) == 0

@@ -14,8 +14,7 @@ from bayes_hw.identifiability.excitation_families import Circumstances, Family, 
 from bayes_hw.identifiability.experiment_check import WidthCheck, check_design, write_design
 from bayes_hw.identifiability.information_gain import Belief
 from bayes_hw.identifiability.motion_limits import MotionLimits
-from bayes_hw.identifiability.next_experiment import Design, Stroke, design_experiment, search
-from bayes_hw.identifiability.stored_records import stored_records
+from bayes_hw.identifiability.next_experiment import Design, Stroke, design_experiment, search, stored_records
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings

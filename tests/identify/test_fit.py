@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayes_hw.identify.fit import fit_percent
+from bayes_hw.identify.validation import fit_percent
 
 MEASURED = np.array([1.0, 3.0, 5.0, 3.0])
 

@@ -12,7 +12,6 @@ from scipy import linalg, signal, stats
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure, simulate, to_coordinates
 from bayes_hw.identify.criterion import dynamics_criterion
-from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.growth import cascade_response
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
@@ -20,6 +19,7 @@ from bayes_hw.identify.growth.search import Grown, smallest_cascade
 from bayes_hw.identify.holes import Holes, predictors, without_holes
 from bayes_hw.identify.noise import autoregression_from_partial, burg, estimate_noise
 from bayes_hw.identify.output_error import whitened
+from bayes_hw.identify.validation import fit_percent
 from bayes_hw.record import Record, Units
 
 SAMPLES = 60

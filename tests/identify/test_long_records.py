@@ -11,7 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.lowered import lowered
-from bayes_hw.identify.growth.rate_change import at_higher_rate
+from bayes_hw.identify.long_records import at_higher_rate
 
 FACTOR = 4
 STRUCTURE = Structure(2, integrator=True, real_poles=1, sections=2, lower=True, upper=True, dead_zone=True)

@@ -12,9 +12,9 @@ from simulated_records import measured
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.infer import long_records
-from bayes_hw.infer.expansion import Expansion, whitened_products
 from bayes_hw.infer.inference import infer
 from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.long_records import Expansion, whitened_products
 from bayes_hw.infer.reweighting import reweighted
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.starting_point import starting_point

@@ -12,10 +12,8 @@ from simulated_records import measured
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.identify.output_error import fit_output_error
-from bayes_hw.infer.level import integrated, shifted
-from bayes_hw.infer.log_posterior import LogPosterior
+from bayes_hw.infer.log_posterior import LogPosterior, integrated, lagged_sums, shifted
 from bayes_hw.infer.noise import log_likelihood, noise_parameters
-from bayes_hw.infer.residual_sums import lagged_sums
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.parameters import as_coordinates

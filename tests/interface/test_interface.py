@@ -15,13 +15,13 @@ import pandas as pd
 import pytest
 from command_files import few_orders, write_axis
 from matplotlib.figure import Figure
+from short_sampling import sample_shortly
 
 import bayes_hw
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.identify.four_steps import identify
-from bayes_hw.infer import pilot
 from bayes_hw.infer.inference import Inference
 from bayes_hw.interface import sampled_posterior
 from bayes_hw.interface.identified_axis import IdentifiedAxis
@@ -51,8 +51,7 @@ def shown(
     """The names that README's Python block leaves behind, run as it stands on records of the small axis."""
     (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
+        sample_shortly(patch)
         patch.setattr(diagnosis, "diagnose", diagnose_with_few)
         few_orders(patch)
         patch.chdir(write_axis(tmp_path_factory.mktemp("axis"), small_axis))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from plant_axes import an_axis
@@ -41,6 +43,12 @@ def reading(effect: type[Effect], seed: int, strength: float) -> np.ndarray:
     return run.read(run.angles()).measured()
 
 
+@cache
+def without_faults() -> np.ndarray:
+    run = run_of(an_axis(2), command_of())
+    return run.read(run.angles()).measured()
+
+
 def test_catalogue_has_every_label_of_the_format() -> None:
     assert {effect.label for effect in CATALOGUE} == set(LABEL_BLOCKS)
     assert {effect.label for effect in (*OFF_CATALOGUE, *SECOND_GROUP, *UNSEEN)} == {"other"}
@@ -52,8 +60,7 @@ def test_catalogue_has_every_label_of_the_format() -> None:
 @pytest.mark.parametrize("effect", EVERY, ids=lambda effect: effect.__name__)
 def test_every_fault_vanishes_with_its_strength_and_repeats(effect: type[Effect]) -> None:
     """Nothing at strength 1e-9; something, finite, and the same twice, at a strength within reach."""
-    plain_run = run_of(an_axis(2), command_of())
-    plain = plain_run.read(plain_run.angles()).measured()
+    plain = without_faults()
     for seed in (1, 2):
         assert np.abs(reading(effect, seed, 1e-9) - plain).max() < 1e-6
         strong = [reading(effect, seed, strength) for strength in (3.0, 30.0)]

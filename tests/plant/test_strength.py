@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bayes_hw.plant.strength import strength_for_gap
+from bayes_hw.plant.effects.effect import strength_for_gap
 
 
 @pytest.mark.parametrize("power", [0.5, 1.0, 2.0, 3.0])

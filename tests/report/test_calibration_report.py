@@ -7,7 +7,7 @@ from pages.calibration_report import calibration_report
 from prior_calibration import DRAWS, CalibrationCase
 
 from bayes_hw.provenance import provenance
-from bayes_hw.report.page.html import to_html
+from bayes_hw.report.page.render import to_html
 
 
 def replicates(count, seed, *, spread=1.0, white=True):

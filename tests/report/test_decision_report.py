@@ -9,7 +9,8 @@ import pytest
 from blind_check.ballot import Ballot
 from blind_check.calibrate import BY_HAND, CalibrationCase, CalibrationFit, moved, names_fitted
 from blind_check.tails import TailFit
-from pages.decision_report import bins, decision_report, stated_of_blocks
+from pages.decision_report import bins, decision_report, profiles, stated_of_blocks
+from strokes import draw_strokes
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Remains
@@ -38,7 +39,9 @@ def fit() -> CalibrationFit:
 
 @pytest.fixture(scope="module")
 def report(fit: CalibrationFit) -> Report:
-    return decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
+    with pytest.MonkeyPatch.context() as patch:
+        draw_strokes(patch)
+        return decision_report(fit, TAILS, {"easy": ([1910], 4)}, provenance("test", 1, [], 0.0))
 
 
 def by_hand_values(name: str) -> FloatArray:
@@ -67,9 +70,8 @@ def test_every_constant_has_its_row(report: Report) -> None:
     assert table.rows[0][2:] == ("6", "4.24")
 
 
-def test_every_constant_has_its_panel_and_no_panel_is_empty(report: Report) -> None:
-    assert isinstance(report.key_figure, Figure)
-    assert report.key_figure.svg.count("<clipPath id=") == len(names_fitted())
+def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
+    assert profiles(fit).svg.count("<clipPath id=") == len(names_fitted())
 
 
 def test_statements_are_counted_by_what_is_true(fit: CalibrationFit) -> None:

@@ -16,7 +16,7 @@ from page_checks import check_page
 
 from bayes_hw.report.page.document import Report
 from bayes_hw.report.page.drawing import drawing_settings, finished, new_canvas
-from bayes_hw.report.page.html import to_html
+from bayes_hw.report.page.render import to_html
 
 REPORTS = Path(__file__).resolve().parents[2] / "reports"
 PAGES = sorted(REPORTS.glob("*/report.html"))

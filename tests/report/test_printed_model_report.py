@@ -14,7 +14,7 @@ from printed.rounding_box import roots_of_rows
 
 from bayes_hw.model.linear import polynomial_roots
 from bayes_hw.provenance import provenance
-from bayes_hw.report.page.html import to_html
+from bayes_hw.report.page.render import to_html
 
 
 @pytest.fixture(scope="module")

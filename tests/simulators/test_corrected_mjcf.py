@@ -14,7 +14,7 @@ from example_axis import commands, record, write_mjcf
 pytest.importorskip("mujoco")
 
 from bayes_hw.cli import main
-from bayes_hw.csv_output import write_csv
+from bayes_hw.files import write_csv
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit import draws
 from bayes_hw.simulators.edits import Edit

@@ -13,8 +13,8 @@ from example_axis import commands, record, write_mjcf
 
 import bayes_hw as hw
 from bayes_hw.cli import main
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
+from bayes_hw.files import write_csv
 from bayes_hw.simulators.simulator_diagnosis import is_simulator_file, open_simulator
 
 U = commands(np.random.default_rng(1), 300)

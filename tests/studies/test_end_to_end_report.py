@@ -15,7 +15,7 @@ from recovery_summary import summarize_recovery
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.report.page.document import Report, Table
-from bayes_hw.report.page.html import to_html
+from bayes_hw.report.page.render import to_html
 
 FACTS = {
     "source": "drawn",

@@ -10,7 +10,7 @@ import pytest
 from blind_cases import truth, verdict
 from blind_check.leave_out import left_out, shown_share
 
-from bayes_hw.csv_output import write_csv
+from bayes_hw.files import write_csv
 from bayes_hw.gap.blind.evidence import Evidence
 from bayes_hw.plant.case import BlindRecord
 

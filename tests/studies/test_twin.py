@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from twin import coloured_noise, twin_records
 
-from bayes_hw.identify.fit import fit_percent
+from bayes_hw.identify.validation import fit_percent
 
 TWIN = twin_records(np.random.default_rng(1))
 

@@ -13,9 +13,8 @@ from scipy.signal import welch
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import crew
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged
+from bayes_hw.files import staged, write_csv
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.recorded_motion import motion_of

@@ -62,18 +62,14 @@ class FurtherMode(Effect):
     """One more body on a lightly damped spring, at the hub or at the first motor."""
 
     label: ClassVar[str] = "unmodelled_mode"
-    detail: str
     hz: float
     damping_ratio: float
+    largest = LARGEST_MASS_RATIO / MASS_RATIO
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> FurtherMode:
         hz = frequency_clear_of_modes(rng, scales, 0.5, 0.35)
         return cls(str(rng.choice(["hub", "motor"], p=[0.75, 0.25])), hz, log_uniform(rng, 0.004, 0.03))
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_MASS_RATIO / MASS_RATIO
 
     def act(self, run: BeamRun, strength: float) -> None:
         body = run.drive.mechanism
@@ -106,17 +102,12 @@ class Rounding(Quantization):
 class WarmMotor(Effect):
     """The motor's torque falls to a share as its windings warm from the start of every record."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     tau_s: float
+    largest = 15.0
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> WarmMotor:
         return cls("warm_motor", float(rng.uniform(0.2, 0.6)) * scales.duration_s)
-
-    @property
-    def largest(self) -> float:
-        return 15.0
 
     def act(self, run: BeamRun, strength: float) -> None:
         lost = min(0.06 * strength, 0.9)

@@ -20,7 +20,6 @@ class RateLimit(Effect):
     """dv/dt limited to limit / strength, behind the limiter or before it."""
 
     label: ClassVar[str] = "rate_limit"
-    detail: str
     rate_deg_s2: float
 
     @classmethod
@@ -41,11 +40,11 @@ class SaturationDrift(Effect):
     """Limits times 1 + depth sin(2 pi q / period + phase), or times 1 + slope q."""
 
     label: ClassVar[str] = "saturation_drift"
-    detail: str
     period_deg: float
     phase: float
     slope_sign: float
     travel: float
+    largest = LARGEST_DEPTH / 0.1
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> SaturationDrift:
@@ -56,10 +55,6 @@ class SaturationDrift(Effect):
             float(rng.choice([-1.0, 1.0])),
             scales.travel,
         )
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_DEPTH / 0.1
 
     def act(self, run: RecordRun, strength: float) -> None:
         if self.detail == "periodic":
@@ -78,7 +73,6 @@ class CommandBias(Effect):
     """A constant added to the command behind the limiter."""
 
     label: ClassVar[str] = "command_bias"
-    detail: str
     bias_deg_s: float
 
     @classmethod
@@ -97,7 +91,6 @@ class GainDrift(Effect):
     """Gain 1 + a (1 - exp(-t / tau)) as a drive warms up from the start of every record."""
 
     label: ClassVar[str] = "gain_drift"
-    detail: str
     fraction: float
     tau_s: float
 

@@ -40,7 +40,6 @@ class Wind(Effect):
     """Gusts with a Davenport or Kaimal spectrum on a dish of `diameter_m` in wind of `wind_speed` m/s."""
 
     label: ClassVar[str] = "wind"
-    detail: str
     torque: float
     wind_speed: float
     diameter_m: float

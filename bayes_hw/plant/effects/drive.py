@@ -35,11 +35,11 @@ class DryFriction(Effect):
     """
 
     label: ClassVar[str] = "friction"
-    detail: str
     torque: float
     static_ratio: float
     stribeck_speed: float
     bristle_hz: float
+    largest = LARGEST_TORQUES / TORQUE_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> DryFriction:
@@ -50,10 +50,6 @@ class DryFriction(Effect):
             log_uniform(rng, 0.005, 0.05) * scales.speed,
             float(rng.uniform(8, 25)),
         )
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_TORQUES / TORQUE_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         shape, body = self.detail.split("_")
@@ -82,7 +78,6 @@ class Backlash(Effect):
     """Play of the output behind the compliance, or a gap in the gear whose flanks meet elastically."""
 
     label: ClassVar[str] = "backlash"
-    detail: str
     half_gap_deg: float
 
     @classmethod
@@ -106,7 +101,6 @@ class TorqueRipple(Effect):
     """
 
     label: ClassVar[str] = "torque_ripple"
-    detail: str
     torque: float
     period_deg: float
     phase: float

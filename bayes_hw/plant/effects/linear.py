@@ -36,7 +36,6 @@ class TransportDelay(Effect):
     """More delay of the command than the simulator has, a fraction of a sample or several."""
 
     label: ClassVar[str] = "transport_delay"
-    detail: str
     sample_rate_hz: float
 
     @classmethod
@@ -59,9 +58,9 @@ class UnmodelledMode(Effect):
     """A mass on a spring at the load (a counterweight) or at the structure (feed legs, a subreflector)."""
 
     label: ClassVar[str] = "unmodelled_mode"
-    detail: str
     hz: float
     damping_ratio: float
+    largest = LARGEST_MASS_RATIO / MASS_RATIO
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> UnmodelledMode:
@@ -69,10 +68,6 @@ class UnmodelledMode(Effect):
         return cls(
             str(rng.choice(["at_load", "at_structure"], p=[0.7, 0.3])), hz, log_uniform(rng, 0.005, 0.03)
         )
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_MASS_RATIO / MASS_RATIO
 
     def act(self, run: Run, strength: float) -> None:
         at_structure = self.detail == "at_structure"
@@ -94,7 +89,6 @@ class CubicStiffness(Effect):
     """Gear torque k D (1 + b D^2) when it stiffens, k D / (1 + |b| D^2) when it softens."""
 
     label: ClassVar[str] = "cubic_stiffness"
-    detail: str
     twist: float
 
     @classmethod

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -18,8 +17,6 @@ CROSS_STREAM, DROP_STREAM, BRAKE_STREAM = 121, 122, 123
 class PeriodicDisturbance(Effect):
     """A torque of constant frequency in time at the load: a cryocooler, a pump, another drive."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
     hz: float
     phase: float
@@ -41,8 +38,6 @@ class PeriodicDisturbance(Effect):
 class WheelSlip(Effect):
     """Wheels slip on the rail when the gear's torque exceeds what their grip carries."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod
@@ -60,8 +55,6 @@ class WheelSlip(Effect):
 class CrossAxis(Effect):
     """The other axis moves: pulses of reaction torque as it accelerates and brakes."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
     pulse_s: float
     every_s: float
@@ -95,8 +88,6 @@ class CrossAxis(Effect):
 class CurrentLimit(Effect):
     """The amplifier gives no more than a largest current, while the loop's integral winds up."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod
@@ -114,8 +105,6 @@ class CurrentLimit(Effect):
 class DroppedCommands(Effect):
     """The field bus loses bursts of commands; the drive keeps the last one it had."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     burst_s: float
 
     @classmethod
@@ -142,8 +131,6 @@ class DroppedCommands(Effect):
 class StuckBrake(Effect):
     """A brake drags on the load for a part of the record."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod
@@ -165,8 +152,6 @@ class StuckBrake(Effect):
 class BoucWen(Effect):
     """A share of the gear's torque yields at an angle and closes a hysteresis loop (Wen 1976)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     yield_deg: float
 
     @classmethod
@@ -184,8 +169,6 @@ class BoucWen(Effect):
 class PositionDependentMode(Effect):
     """Gear stiffness, and so the first mode, that changes with the axis' position."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     period_deg: float
     phase: float
 
@@ -208,9 +191,6 @@ class PositionDependentMode(Effect):
 class SaturationRecovery(Effect):
     """After the limiter was reached, the command comes back slowly (wind-up behind it)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
-
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> SaturationRecovery:  # noqa: ARG003
         return cls("saturation_recovery")
@@ -226,8 +206,6 @@ class SaturationRecovery(Effect):
 class InterpolationFault(Effect):
     """The encoder refreshes its fine interpolation only every few samples, its coarse lines always."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     every: int
     coarse_deg: float
 
@@ -246,8 +224,6 @@ class InterpolationFault(Effect):
 class CurvedCommand(Effect):
     """A command converter that is not linear: v (1 + a |v|)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     curvature: float
 
     @classmethod

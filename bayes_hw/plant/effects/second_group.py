@@ -6,7 +6,6 @@ Keep them out of what constants are fitted on.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -31,17 +30,12 @@ class BrownOut(Effect):
     """The supply sags for a stretch: of the torque that the velocity loop asks for the amplifier gives less
     (torque is proportional to current, Gawronski 2008, chapter 2)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     length: float
+    largest = 0.95 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> BrownOut:  # noqa: ARG003
         return cls("brown_out", float(rng.uniform(0.15, 0.45)))
-
-    @property
-    def largest(self) -> float:
-        return 0.95 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         begin = float(run.rng(LOST_STREAM).uniform(0.05, 0.95 - self.length)) * run.duration_s
@@ -56,17 +50,12 @@ class BrownOut(Effect):
 class CoarseCommand(Effect):
     """A converter of few bits rounds the command, up or down to its next step (Widrow and Kollar 2008)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     step_deg_s: float
+    largest = 0.5 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CoarseCommand:  # noqa: ARG003
         return cls("coarse_command", UNIT_SHARE * scales.limit)
-
-    @property
-    def largest(self) -> float:
-        return 0.5 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         step = strength * self.step_deg_s
@@ -80,17 +69,12 @@ class CoarseCommand(Effect):
 class CommandDeadBand(Effect):
     """A drive that takes small commands for drift of its input and stands still (Tao and Kokotovic 1996)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     width_deg_s: float
+    largest = 0.5 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CommandDeadBand:  # noqa: ARG003
         return cls("command_dead_band", UNIT_SHARE * scales.limit)
-
-    @property
-    def largest(self) -> float:
-        return 0.5 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         run.command = np.where(np.abs(run.command) < strength * self.width_deg_s, 0.0, run.command)
@@ -104,8 +88,6 @@ class Congestion(Effect):
     """Commands come late while the network is busy, in stretches (Hespanha et al. 2007,
     doi 10.1109/JPROC.2006.887288)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     late_s: float
     stretch_s: float
 
@@ -136,17 +118,12 @@ class Congestion(Effect):
 class DirectionalGain(Effect):
     """An amplifier whose gain is not the same for both directions: its half bridges are unlike."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     sign: float
+    largest = 0.6 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> DirectionalGain:  # noqa: ARG003
         return cls("directional_gain", float(rng.choice([-1.0, 1.0])))
-
-    @property
-    def largest(self) -> float:
-        return 0.6 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         run.change(forward_gain=self.sign * min(strength, self.largest) * UNIT_SHARE)
@@ -159,17 +136,12 @@ class DirectionalGain(Effect):
 class QuadraticDrag(Effect):
     """The air's drag on a turning dish: a torque on the load as the square of its speed (Rayleigh 1876)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     per_deg: float
+    largest = LARGEST_TORQUES / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> QuadraticDrag:  # noqa: ARG003
         return cls("quadratic_drag", UNIT_SHARE * scales.torque / scales.speed**2)
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_TORQUES / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         run.change(drag=strength * self.per_deg)
@@ -182,17 +154,12 @@ class QuadraticDrag(Effect):
 class TachoFault(Effect):
     """The tachometer's scale jumps at some instant of every record and stays: a brush, a bad contact."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     sign: float
+    largest = 0.6 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> TachoFault:  # noqa: ARG003
         return cls("tacho_fault", float(rng.choice([-1.0, 1.0])))
-
-    @property
-    def largest(self) -> float:
-        return 0.6 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         begin = float(run.rng(TACHO_STREAM).uniform(0.25, 0.75)) * run.duration_s
@@ -207,8 +174,6 @@ class TachoFault(Effect):
 class ToothSkip(Effect):
     """A gear skips once a record: the load rests at another angle to the motor from then on."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     jump_deg: float
 
     @classmethod
@@ -232,19 +197,14 @@ class WarmingOil(Effect):
     """Viscous drag of the load that falls as the oil warms up (viscosity falls exponentially with
     temperature, Reynolds 1886)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     drag_hz: float
     tau_s: float
+    largest = LARGEST_TORQUES / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> WarmingOil:
         tau = float(rng.uniform(0.15, 0.5)) * scales.duration_s
         return cls("warming_oil", UNIT_SHARE * scales.torque / scales.speed, tau)
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_TORQUES / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         run.external[:, EXTERNAL_OIL] += strength * self.drag_hz * np.exp(-run.fine_time / self.tau_s)

@@ -23,7 +23,6 @@ class Quantization(Effect):
     """The reading is rounded to a step."""
 
     label: ClassVar[str] = "encoder_quantization"
-    detail: str
     step_deg: float
 
     @classmethod
@@ -42,7 +41,6 @@ class Eccentricity(Effect):
     """A reading error periodic in the angle; a disc off its axis, with second harmonic when oval."""
 
     label: ClassVar[str] = "encoder_eccentricity"
-    detail: str
     amplitude_deg: float
     period_deg: float
     phase: float
@@ -77,7 +75,6 @@ class SensorDrift(Effect):
     """A ramp, a thermal settling or a random walk of the reading."""
 
     label: ClassVar[str] = "sensor_drift"
-    detail: str
     total_deg: float
     tau_s: float
 
@@ -109,7 +106,6 @@ class TimingJitter(Effect):
     """Samples off their instants, or held: the angle, or the whole reading with its noise, is repeated."""
 
     label: ClassVar[str] = "timing_jitter"
-    detail: str
     sample_rate_hz: float
 
     @classmethod
@@ -145,7 +141,6 @@ class GainAsymmetry(Effect):
     """Output gain above zero over that below it."""
 
     label: ClassVar[str] = "gain_asymmetry"
-    detail: str
     sign: float
 
     @classmethod
@@ -167,7 +162,6 @@ class Outliers(Effect):
     """Isolated glitches of the reading: of random size, or of a flipped bit."""
 
     label: ClassVar[str] = "outliers"
-    detail: str
     rate: float
     size_deg: float
 

@@ -9,7 +9,6 @@ fitted on, and once misses on them have been read, move them to the groups that 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -25,8 +24,6 @@ DERATING_STREAM, HUNTING_STREAM, BALLAST_STREAM, HUM_STREAM = 141, 142, 143, 144
 class CableWrap(Effect):
     """Beyond an angle on either side the cable wrap pulls back like a spring."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     begin_deg: float
     stiffness: float
 
@@ -47,17 +44,12 @@ class CommandPlay(Effect):
     """Commands follow their source with play, as those of a worn handwheel or a hysteretic converter do
     (Tao and Kokotovic 1996)."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     half_gap_deg_s: float
+    largest = 1.0 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> CommandPlay:  # noqa: ARG003
         return cls("command_play", 0.4 * UNIT_SHARE * scales.limit)
-
-    @property
-    def largest(self) -> float:
-        return 1.0 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         half_gap = strength * self.half_gap_deg_s
@@ -75,16 +67,11 @@ class CommandPlay(Effect):
 class Derating(Effect):
     """A hot amplifier lowers its speed limits at some instant of every record and keeps them low."""
 
-    label: ClassVar[str] = "other"
-    detail: str
+    largest = 0.9 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> Derating:  # noqa: ARG003
         return cls("derating")
-
-    @property
-    def largest(self) -> float:
-        return 0.9 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         begin = float(run.rng(DERATING_STREAM).uniform(0.2, 0.7)) * run.duration_s
@@ -100,17 +87,12 @@ class Derating(Effect):
 class HuntingGain(Effect):
     """The gain of the drive's reference swings slowly in time: its supply hunts."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     hz: float
+    largest = 0.9 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> HuntingGain:
         return cls("hunting_gain", log_uniform(rng, 2.0, 20.0) / scales.duration_s)
-
-    @property
-    def largest(self) -> float:
-        return 0.9 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         phase = float(run.rng(HUNTING_STREAM).uniform(0, 2 * np.pi))
@@ -125,8 +107,6 @@ class HuntingGain(Effect):
 class LostBallast(Effect):
     """Something falls off at some instant of every record: a constant torque on the load from then on."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod
@@ -145,8 +125,6 @@ class LostBallast(Effect):
 class MainsHum(Effect):
     """A sine of constant frequency in the encoder's reading, aliased from the mains."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     hz: float
     amplitude: float
 
@@ -166,8 +144,6 @@ class MainsHum(Effect):
 class ReadingLead(Effect):
     """The reading head's carriage bends with the square of the speed."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     lead_s2_per_deg: float
 
     @classmethod
@@ -186,17 +162,12 @@ class ReadingLead(Effect):
 class SoftLimiter(Effect):
     """The limiter bends before it limits: a share of the command goes through a hyperbolic tangent."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     limit_deg_s: float
+    largest = 1.0 / UNIT_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> SoftLimiter:  # noqa: ARG003
         return cls("soft_limiter", scales.limit)
-
-    @property
-    def largest(self) -> float:
-        return 1.0 / UNIT_SHARE
 
     def act(self, run: Run, strength: float) -> None:
         share = min(strength, self.largest) * UNIT_SHARE

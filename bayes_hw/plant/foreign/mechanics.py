@@ -35,10 +35,10 @@ class Friction(ForeignEffect):
     """MuJoCo's dry friction of a joint, or a Stribeck curve over the speed, at motor or load."""
 
     label: ClassVar[str] = "friction"
-    detail: str
     torque: float
     static_excess: float
     stribeck_speed: float
+    largest = LARGEST_TORQUES / TORQUE_SHARE
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> Friction:
@@ -49,10 +49,6 @@ class Friction(ForeignEffect):
             float(rng.uniform(0.2, 0.7)),
             log_uniform(rng, 0.02, 0.08) * scales.speed * DEGREE,
         )
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_TORQUES / TORQUE_SHARE
 
     def act(self, run: ForeignRun, strength: float) -> None:
         shape, place = self.detail.split("_")
@@ -76,7 +72,6 @@ class Backlash(ForeignEffect):
     """A dead band of the gear's spring, or play between the axis and the disc that is read."""
 
     label: ClassVar[str] = "backlash"
-    detail: str
     half_gap_deg: float
 
     @classmethod
@@ -108,7 +103,6 @@ class Ripple(ForeignEffect):
     """A torque periodic in the angle of motor or load, nowhere steeper than `steepest` (N m/rad)."""
 
     label: ClassVar[str] = "torque_ripple"
-    detail: str
     torque: float
     period_deg: float
     phase: float
@@ -156,7 +150,6 @@ class CubicSpring(ForeignEffect):
     """The gear's torque k D (1 + b D^2), or k D / (1 + |b| D^2) where it softens."""
 
     label: ClassVar[str] = "cubic_stiffness"
-    detail: str
     twist: float
 
     @classmethod
@@ -190,18 +183,14 @@ class FurtherMode(ForeignEffect):
     """One more body on a lightly damped spring, at the load or at the motor."""
 
     label: ClassVar[str] = "unmodelled_mode"
-    detail: str
     hz: float
     damping_ratio: float
+    largest = LARGEST_MASS_RATIO / MASS_RATIO
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> FurtherMode:
         hz = frequency_clear_of_modes(rng, scales, 0.5, 0.35)
         return cls(str(rng.choice(["load", "motor"], p=[0.8, 0.2])), hz, log_uniform(rng, 0.004, 0.03))
-
-    @property
-    def largest(self) -> float:
-        return LARGEST_MASS_RATIO / MASS_RATIO
 
     def act(self, run: ForeignRun, strength: float) -> None:
         host = run.train.load if self.detail == "load" else run.train.motor

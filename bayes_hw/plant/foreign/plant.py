@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.draws import (
-    DrawnAxis,
-    draw_fault,
-    draw_limits,
-    read_under,
-    rms,
-    stable_axis,
-    with_records,
-)
+from bayes_hw.plant.draws import Limits, Plant
 from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
 from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.effect import Effect, Scales
+from bayes_hw.plant.effects.effect import Effect
 from bayes_hw.plant.effects.linear import TransportDelay
 from bayes_hw.plant.effects.sensor import (
     Eccentricity,
@@ -28,14 +18,56 @@ from bayes_hw.plant.effects.sensor import (
     SensorDrift,
     TimingJitter,
 )
-from bayes_hw.plant.foreign.linearisation import nominal_of
 from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, FurtherMode, Ripple
-from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, substeps_for
+from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, mujoco, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
 from bayes_hw.plant.foreign.unnamed import UNNAMED
-from bayes_hw.plant.kinds import Kind
-from bayes_hw.plant.nominal import Nominal
-from bayes_hw.plant.run import Reading
+from bayes_hw.plant.nominal import Nominal, system_of
+
+
+def discrete_system(axis: ForeignAxis) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(A, B, C) over one sample with v held, state: angles, speeds, integral, two filters, current; deg."""
+    package, train, dt = mujoco(), axis.train, axis.step_s
+    model, loop, n = axis.mechanism, train.loop, len(train.inertias)
+    data = package.MjData(model)
+    size = 2 * n + 4
+    integral, slow_speed, slow_v, current = range(2 * n, 2 * n + 4)
+    lag = 1.0 if loop.current_s <= 0 else -float(np.expm1(-dt / loop.current_s))
+
+    def step(x: FloatArray, v: float) -> FloatArray:
+        """One physics step; the loop as in the simulation."""
+        speed = x[n + train.motor]
+        error = v - speed
+        asked = loop.kp * error + loop.ki * x[integral]
+        new = x.copy()
+        if loop.kd:
+            asked -= loop.kd * (speed - x[slow_speed]) / loop.filter_s
+            new[slow_speed] += dt / loop.filter_s * (speed - x[slow_speed])
+        if loop.ff:
+            asked += loop.ff * (v - x[slow_v]) / loop.filter_s
+            new[slow_v] += dt / loop.filter_s * (v - x[slow_v])
+        new[integral] += dt * error
+        new[current] += lag * (asked - x[current])
+        package.mj_resetData(model, data)
+        data.qpos[:], data.qvel[:] = x[:n], x[n : 2 * n]
+        data.qfrc_applied[train.motor] = new[current]
+        package.mj_step(model, data)
+        new[:n], new[n : 2 * n] = data.qpos, data.qvel
+        return new
+
+    a = np.column_stack([step(unit, 0.0) for unit in np.eye(size)])
+    b = step(np.zeros(size), 1.0)
+    whole, forcing = np.eye(size), np.zeros(size)
+    for _ in range(axis.substeps):
+        forcing = a @ forcing + b
+        whole = a @ whole
+    used = np.ones(size, dtype=bool)
+    used[integral], used[slow_speed], used[slow_v] = loop.ki != 0, loop.kd != 0, loop.ff != 0
+    used[current] = lag < 1
+    c = np.zeros(size)
+    c[train.encoder] = 1.0
+    return whole[np.ix_(used, used)], forcing[used], c[used]
+
 
 CATALOGUE: tuple[type[Effect], ...] = (
     RateLimit,
@@ -60,70 +92,23 @@ CATALOGUE: tuple[type[Effect], ...] = (
 HIGHEST_MODE = 0.35
 
 
-class ForeignPlant:
-    """Draws MuJoCo axes and runs them."""
+class ForeignPlant(Plant):
+    """Axes of MuJoCo."""
 
-    def draw_axis(self, rng: np.random.Generator, kind: Kind) -> DrawnAxis:
-        """Axis, sigma and correlation of its noise, excitations (the hold-out's last), duration in s."""
-        rate = float(rng.choice(kind.rates_hz))
-        duration = float(rng.choice(kind.durations_s))
-        lower, upper = draw_limits(rng, kind.speed(rng))
-        delay = int(rng.integers(0, 4))
+    catalogue = CATALOGUE
+    unnamed = UNNAMED
 
-        def make() -> ForeignAxis:
-            train = draw_train(rng, min(HIGHEST_MODE * rate, 9.0))
-            return ForeignAxis(train, lower, upper, 0.0, delay, rate, substeps_for(train, rate))
-
-        axis, system = stable_axis(make, self.nominal_of)
-        return with_records(rng, kind, axis, system, duration)
+    def make_axis(self, rng: np.random.Generator, limits: Limits, delay: int, rate: float) -> ForeignAxis:
+        train = draw_train(rng, min(HIGHEST_MODE * rate, 9.0))
+        return ForeignAxis(train, *limits, 0.0, delay, rate, substeps_for(train, rate))
 
     def nominal_of(self, axis: ForeignAxis) -> Nominal:
         """By steps of the simulation itself."""
-        return nominal_of(axis)
+        return system_of(axis, *discrete_system(axis))
 
-    def scales(
-        self,
-        axis: ForeignAxis,
-        commands: Sequence[FloatArray],  # noqa: ARG002
-        outputs: Sequence[FloatArray],
-        sigma: float,
-        duration: float,
-    ) -> Scales:
+    def begin(self, axis: ForeignAxis, command: FloatArray, seed: tuple[int, ...]) -> ForeignRun:
+        return ForeignRun(axis, command, seed)
+
+    def inertia_and_stiffness(self, axis: ForeignAxis) -> tuple[float, float]:
         """Torques in deg/s^2 of a load of 1 kg m^2: those that accelerate what hangs on the gear's spring."""
-        limit = max(axis.upper, -axis.lower)
-        rate, train = axis.sample_rate_hz, axis.train
-        speeds = [np.gradient(w) * rate for w in outputs]
-        torque = train.inertia * rms([np.gradient(s) * rate for s in speeds])
-        modes = [f for f, _ in nominal_of(axis).modes]
-        stiffness = train.springs[train.gear].stiffness
-        return Scales(
-            speed=float(np.quantile(np.abs(np.concatenate(speeds)), 0.98)),
-            travel=float(np.mean([np.std(y) for y in outputs])) + axis.dead_zone,
-            torque=torque,
-            twist=torque / stiffness,
-            sigma=sigma,
-            duration_s=duration,
-            sample_rate_hz=rate,
-            modes_hz=(modes[0], modes[-1]),
-            limit=limit,
-        )
-
-    def draw_effect(
-        self,
-        rng: np.random.Generator,
-        kind: Kind,  # noqa: ARG002
-        label: str,
-        scales: Scales,
-    ) -> Effect:
-        """A fault of this label, `other` from those of MuJoCo axes."""
-        return draw_fault(rng, label, scales, CATALOGUE, UNNAMED)
-
-    def run(
-        self,
-        axis: ForeignAxis,
-        command: FloatArray,
-        seed: tuple[int, ...],
-        acting: Sequence[tuple[Effect, float]],
-    ) -> Reading:
-        """One record under these faults of these strengths."""
-        return read_under(ForeignRun(axis, command, seed), acting)
+        return axis.train.inertia, axis.train.springs[axis.train.gear].stiffness

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from bayes_hw.plant.foreign.train import COM_OFFSET_M
 class Imbalance(ForeignEffect):
     """Gravity on a centre of mass off a level axis, trimmed where the record begins."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
     angle: float
 
@@ -39,8 +37,6 @@ class Imbalance(ForeignEffect):
 class QuadraticDrag(ForeignEffect):
     """A torque of the load that grows with the square of its speed."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     drag: float
 
     @classmethod
@@ -64,8 +60,6 @@ class QuadraticDrag(ForeignEffect):
 class TorqueLimit(ForeignEffect):
     """The drive gives no more than a largest torque; `derating` lets that fall to 40 % over the record."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
     duration_s: float
 
@@ -96,8 +90,6 @@ class Derating(TorqueLimit):
 class SlippingCoupling(ForeignEffect):
     """The gear's spring gives way where its torque exceeds what the coupling holds, and stays there."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod
@@ -125,8 +117,6 @@ class SlippingCoupling(ForeignEffect):
 class LooseEncoder(ForeignEffect):
     """The disc slides on its shaft by a little whenever the shaft accelerates hard."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     slide_deg: float
     share: float
 
@@ -153,8 +143,6 @@ class LooseEncoder(ForeignEffect):
 class CurvedSensor(ForeignEffect):
     """The reading bends: y = w + b w^2, or by one bump over a stretch of the travel."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     size_deg: float
     travel: float
     at: float
@@ -188,8 +176,6 @@ class CurvedSensor(ForeignEffect):
 class EndStop(ForeignEffect):
     """MuJoCo's soft limit of a joint on one side of the travel: buffers that are met too early."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     side: float
     travel: float
 
@@ -209,19 +195,14 @@ class EndStop(ForeignEffect):
 class TachometerRipple(ForeignEffect):
     """The loop's measured speed is too large or small by a share that is periodic in the motor's angle."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     period_deg: float
     phase: float
+    largest = 60.0
 
     @classmethod
     def draw(cls, rng: np.random.Generator, scales: Scales) -> TachometerRipple:
         period = log_uniform(rng, 0.06, 0.6) * scales.travel
         return cls("tachometer_ripple", period, float(rng.uniform(0, 2 * np.pi)))
-
-    @property
-    def largest(self) -> float:
-        return 60.0
 
     def act(self, run: ForeignRun, strength: float) -> None:
         share = min(0.01 * strength, 0.6)
@@ -236,8 +217,6 @@ class TachometerRipple(ForeignEffect):
 class TorqueDeadBand(ForeignEffect):
     """An amplifier or valve that gives no torque below a smallest demand."""
 
-    label: ClassVar[str] = "other"
-    detail: str
     torque: float
 
     @classmethod

@@ -9,8 +9,13 @@ from bayes_hw.control.tuning import lower_bandwidth
 from bayes_hw.phrases import listed
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.design.design_axis_sections import axis_section, controllers_section, crossover_section
-from bayes_hw.report.design.design_loop_sections import cycles_section, margins_section, tracking_section
-from bayes_hw.report.design.design_robust_sections import sets_section, tuning_section
+from bayes_hw.report.design.design_loop_sections import (
+    cycles_section,
+    margins_section,
+    sets_section,
+    tracking_section,
+    tuning_section,
+)
 from bayes_hw.report.design.figures_control_loop import margin_distributions
 from bayes_hw.report.page.document import Badge, Bullets, KeyValues, Paragraph, Report, Section, State, Table
 from bayes_hw.report.page.names import parameter_name

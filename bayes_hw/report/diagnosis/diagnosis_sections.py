@@ -20,12 +20,12 @@ from bayes_hw.report.diagnosis.figures_diagnosis import (
     block_shares,
     gap_on_record,
     label_probabilities,
+    latent_force_figure,
     regimes_and_coherences,
     residual_spectrum,
     time_frequency,
     time_segments,
 )
-from bayes_hw.report.diagnosis.figures_latent_force import latent_force_figure
 from bayes_hw.report.page.document import Block, Bullets, Callout, Paragraph, Section, Table, ZoomableRecord
 from bayes_hw.report.page.rounding import (
     format_number,

@@ -11,8 +11,10 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import LogLocator
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.criticism.latent_force import LatentForce
 from bayes_hw.gap.criticism.residual_map import ResidualMap
 from bayes_hw.gap.effects.words import BLOCK_WORDS
+from bayes_hw.gap.joint.answer.free_function import EffectView
 from bayes_hw.gap.noise.spectra import Spectrum
 from bayes_hw.record import Record
 from bayes_hw.report.page.document import Figure
@@ -26,7 +28,7 @@ from bayes_hw.report.page.drawing import (
     plain_log_ticks,
     with_unit,
 )
-from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, NOMINAL, VERMILLION
+from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, MUTED, NOMINAL, VERMILLION
 from bayes_hw.report.page.rounding import format_number, format_percent
 from bayes_hw.report.page.typography import squared_unit, typeset_unit
 
@@ -280,3 +282,85 @@ def time_segments(segments: Sequence[float]) -> Figure:
             "units of the noise (dashed).",
             "Rms of the residual over the course of the records.",
         )
+
+
+def effect_figure(view: EffectView) -> Figure:
+    """Points with 94 % intervals, found without the law, and the law as a line."""
+    with drawing_settings():
+        canvas = new_canvas(3.0)
+        axes = canvas.subplots()
+        axes.axhline(0, color=INK, linewidth=0.6)
+        axes.plot(view.line_x, view.line_y, color=MODEL, linewidth=1.8, label="the answer's law")
+        size = 4 if len(view.x) < 40 else 2.5
+        axes.errorbar(
+            view.x, view.y, yerr=view.half if view.half.any() else None, fmt="o", color=DATA, markersize=size,
+            elinewidth=1.0, capsize=0, label="found without the law",
+        )  # fmt: skip
+        if view.logarithmic:
+            axes.set(xscale="log", yscale="log")
+            plain_log_ticks(axes, "x")
+            plain_log_ticks(axes, "y")
+        else:
+            axes.set_ylim(*_room(view))
+        axes.set_xlabel(with_unit(view.over, view.over_unit))
+        axes.set_ylabel(with_unit(view.quantity, view.quantity_unit))
+        canvas.legend(loc="outside upper right", ncols=2)
+        return finished(
+            canvas, view.reading, f"{view.quantity} over {view.over}: points with intervals and a line."
+        )
+
+
+def _room(view: EffectView) -> tuple[float, float]:
+    """Ends of the upright axis: all of the law and of the points, intervals as far as they fit."""
+    middle = np.concatenate([view.y, view.line_y, [0.0]])
+    low, high = float(middle.min()), float(middle.max())
+    reach = 0.35 * (high - low) or 1.0
+    bottom = max(low - reach, float(np.min(view.y - view.half, initial=low)))
+    top = min(high + reach, float(np.max(view.y + view.half, initial=high)))
+    edge = 0.06 * (top - bottom)
+    return bottom - edge, top + edge
+
+
+SPEED_BINS, PLACE_BINS = 18, 60
+FEWEST = 10
+"""Samples that a bin must hold to be drawn."""
+
+
+def latent_force_figure(found: LatentForce, record_name: str, units: tuple[str, str]) -> Figure:
+    """Mean and 94 % band over time, and the mean by speed and by position; `units` (output, time)."""
+    output, time = units
+    with drawing_settings():
+        canvas = new_canvas(4.0)
+        grid = canvas.add_gridspec(2, 2)
+        whole = canvas.add_subplot(grid[0, :])
+        whole.fill_between(found.time, *found.band, color=BAND_NOISE, linewidth=0)
+        whole.plot(found.time, found.mean, color=MODEL)
+        whole.axhline(0, color=MUTED, linewidth=0.6)
+        whole.set_xlabel(with_unit("time", time))
+        whole.set_ylabel(with_unit("missing force", found.unit))
+        by_speed, by_place = canvas.add_subplot(grid[1, 0]), canvas.add_subplot(grid[1, 1])
+        _binned(by_speed, found.speed, found.mean, SPEED_BINS)
+        by_speed.set_xlabel(with_unit("speed", f"{output}/{time}"))
+        by_speed.set_ylabel(with_unit("missing force", found.unit))
+        _binned(by_place, found.position, found.mean, PLACE_BINS)
+        by_place.set_xlabel(with_unit("position", output))
+        return finished(
+            canvas,
+            f"The free residual of “{record_name}” as a force at the drive: the torque over time that "
+            "would explain the error of the re-estimated model (mean and 94 % band), and its mean and "
+            "quartiles by speed and by position. A step at zero speed is friction's, waves over position are "
+            "a ripple's; a curve that follows neither is of the surroundings or of another block.",
+            "Estimated missing force over time, by speed and by position.",
+        )
+
+
+def _binned(axes: Axes, x: FloatArray, force: FloatArray, bins: int) -> None:
+    low, high = np.quantile(x, [0.01, 0.99])
+    edges = np.linspace(float(low), float(high), bins + 1)
+    index = np.digitize(x, edges) - 1
+    rows = [(i, force[index == i]) for i in range(bins) if np.sum(index == i) >= FEWEST]
+    middle = np.array([0.5 * (edges[i] + edges[i + 1]) for i, _ in rows])
+    lower, upper = (np.array([np.quantile(f, q) for _, f in rows]) for q in (0.25, 0.75))
+    axes.fill_between(middle, lower, upper, color=BAND_NOISE, linewidth=0)
+    axes.plot(middle, [float(np.mean(f)) for _, f in rows], "o-", color=INK, markersize=3)
+    axes.axhline(0, color=MUTED, linewidth=0.6)

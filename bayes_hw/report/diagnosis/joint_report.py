@@ -19,8 +19,7 @@ from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.diagnosis.figures_diagnosis import gap_on_record
-from bayes_hw.report.diagnosis.figures_effect import effect_figure
+from bayes_hw.report.diagnosis.figures_diagnosis import effect_figure, gap_on_record
 from bayes_hw.report.diagnosis.joint_sections import (
     advice_section,
     axis_section,

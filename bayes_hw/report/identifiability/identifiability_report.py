@@ -11,7 +11,7 @@ from bayes_hw.identifiability.verdict import RULES, ParameterVerdict
 from bayes_hw.infer.dead_zone_trade import Trade
 from bayes_hw.phrases import listed
 from bayes_hw.provenance import Provenance
-from bayes_hw.report.axis.trade_blocks import trade_blocks
+from bayes_hw.report.axis.axis_sight import trade_blocks
 from bayes_hw.report.identifiability.identifiability_sections import (
     assumption_section,
     profile_section,

@@ -64,15 +64,15 @@ def _ridge_panel(result: Identifiability, first: str, second: str, known: str, g
     freed = result.freed
     orbit = orbit_through(freed, np.linspace(-ORBIT_REACH, ORBIT_REACH, 50), generator)
     columns = [freed.axis.names.index(name) for name in (first, second)]
-    priors = [freed.axis.parameters[column].prior for column in columns]
+    priors = [freed.axis.parameters[column].prior.of_logarithm for column in columns]
     return RidgePanel(
         _axis_label(result, first),
         _axis_label(result, second),
         np.log10(np.abs(freed.chains(first).ravel())),
         np.log10(np.abs(freed.chains(second).ravel())),
         np.log10(np.abs(orbit[:, columns])),
-        np.array([np.log10(abs(p.median)) for p in priors if isinstance(p, LogNormal)]),
-        np.array([p.log_sd / np.log(10) for p in priors if isinstance(p, LogNormal)]),
+        np.array([prior[0] for prior in priors if prior is not None]) / np.log(10),
+        np.array([prior[1] for prior in priors if prior is not None]) / np.log(10),
         parameter_name(known).symbol,
     )
 
@@ -85,15 +85,15 @@ def _gain_panel(result: Identifiability) -> RidgePanel:
     x, y = (log_monomial(each, freed.values, freed.names).ravel() / np.log(10) for each in (product, gain))
     middle = float(np.mean(log_monomial(known, freed.values, freed.names))) / np.log(10)
     along = np.linspace(-2, 2, 50)
-    prior = {p.name: p.prior for p in freed.axis.parameters if isinstance(p.prior, LogNormal)}
-    sd = [np.hypot(prior[SLOPE].log_sd, prior[GAIN_POSITIVE].log_sd), prior[GAIN].log_sd]
+    prior = {p.name: p.prior.of_logarithm or (0.0, 0.0) for p in freed.axis.parameters}
+    sd = [np.hypot(prior[SLOPE][1], prior[GAIN_POSITIVE][1]), prior[GAIN][1]]
     return RidgePanel(
         "c₁ c₂",
         _axis_label(result, GAIN),
         x,
         y,
         np.column_stack([along, middle - along]),
-        np.array([0.0, np.log10(abs(prior[GAIN].median))]),
+        np.array([0.0, prior[GAIN][0] / np.log(10)]),
         np.array(sd) / np.log(10),
         "c₁ g c₂",
     )

@@ -20,9 +20,8 @@ from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
-from bayes_hw.report.page.html import script_json
 from bayes_hw.report.page.palette import page_colours
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.render import script_json
 from bayes_hw.report.page.rounding import (
     format_duration,
     format_estimate,
@@ -30,7 +29,7 @@ from bayes_hw.report.page.rounding import (
     format_number,
     format_percent,
 )
-from bayes_hw.report.page.typography import NO_BREAK_SPACE
+from bayes_hw.report.page.typography import NO_BREAK_SPACE, visible
 
 JSON, PAGE = "look.json", "report.html"
 FOLDER = files("bayes_hw.report.look")

@@ -20,7 +20,7 @@ from bayes_hw.report.page.document import (
     Table,
     ZoomableRecord,
 )
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.typography import visible
 
 ZOOM_SAMPLES = 24_000
 """Most samples of a record that the page carries for zooming."""

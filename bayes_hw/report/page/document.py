@@ -1,4 +1,4 @@
-"""The report as data: a typed document that html.py and pdf.py render.
+"""The report as data: a typed document that render.py writes.
 
 Every string in it is text, never markup, whoever wrote it. Only `Formula` holds markup, and formulas
 are constants of equations.py.

@@ -20,9 +20,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.report.page import document
 from bayes_hw.report.page.narrow import narrow_svg
 from bayes_hw.report.page.palette import PAPER, SETTINGS
-from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.svg_size import svg_of
-from bayes_hw.report.page.typography import power_of_ten, typeset_unit
+from bayes_hw.report.page.typography import power_of_ten, typeset_unit, visible
 
 LABEL_LENGTH = 48
 """Longest user-supplied text in a figure, in characters."""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import NamedTuple
 
 from bayes_hw.gap.effects.words import PARAMETER_WORDS
+from bayes_hw.model.priors import HalfNormal, LogNormal, Normal, Prior, Uniform
+from bayes_hw.report.page.rounding import format_number
+from bayes_hw.report.page.typography import typeset
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
@@ -87,3 +91,24 @@ def setting_unit(name: str, input_unit: str) -> str:
 def _without_unit(name: str) -> tuple[str, str]:
     stem, _, ending = name.rpartition("_")
     return (stem, UNIT_ENDINGS[ending]) if stem and ending in UNIT_ENDINGS else (name, "")
+
+
+LEGEND = (
+    "Priors: N(mean, sd) normal; LN(median, ×÷ factor) log-normal, the factor spanning one standard "
+    "deviation; HN(scale) half-normal; U(ends) uniform; all in the parameter's unit."
+)
+
+
+def prior_notation(prior: Prior) -> str:
+    """`prior` without its unit, in the notation of LEGEND; one of another kind in its own words."""
+    match prior:
+        case Normal(mean, sd):
+            return f"N({format_number(mean)}, {format_number(sd)})"
+        case LogNormal(median, log_sd):
+            return f"LN({format_number(median)}, ×÷\u00a0{format_number(math.exp(log_sd))})"
+        case HalfNormal(scale):
+            return f"HN({format_number(scale)})"
+        case Uniform(lower, upper):
+            return f"U({format_number(lower, 2)}, {format_number(upper, 2)})"
+        case _:
+            return typeset(prior.describe(""))

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.gridspec import GridSpec
 from matplotlib.text import Text
 
-from bayes_hw.report.page.svg_size import svg_of
+from bayes_hw.report.page.svg_size import lay_out, svg_of
 
 NARROW_INCHES = 4.5
 """At which letters of 8.5 points are 9 pixels and more in a column of 350."""
@@ -49,7 +49,7 @@ def _fit_legends(canvas: Canvas) -> None:
 
 def _titles_fit(canvas: Canvas) -> bool:
     """Whether no title of a panel reaches into that of its neighbour, or over the edge."""
-    canvas.draw_without_rendering()
+    lay_out(canvas)
     said = {(axes, axes.get_title(place)) for axes in canvas.axes for place in ("left", "center", "right")}
     boxes = [
         text.get_window_extent()

@@ -30,14 +30,20 @@ def svg_of(canvas: Canvas) -> str:
     It is laid out before: left to itself, matplotlib draws all once more to lay it out.
     """
     canvas.set_dpi(POINTS_AN_INCH)
+    lay_out(canvas)
     engine = canvas.get_layout_engine()
-    if engine is not None:
-        engine.execute(canvas)
     buffer = io.StringIO()
     canvas.set_layout_engine(None)
     canvas.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     canvas.set_layout_engine(engine)
     return compact(buffer.getvalue())
+
+
+def lay_out(canvas: Canvas) -> None:
+    """Place the axes of the drawing, where matplotlib is to."""
+    engine = canvas.get_layout_engine()
+    if engine is not None:
+        engine.execute(canvas)
 
 
 def compact(svg: str) -> str:

@@ -14,10 +14,9 @@ from bayes_hw.infer.posterior import PRIOR_DOMINATED_BELOW, Posterior
 from bayes_hw.infer.reweighting import Reweighting
 from bayes_hw.infer.summary import Summary
 from bayes_hw.model.priors import Prior
-from bayes_hw.report.axis.trade_blocks import trade_blocks
+from bayes_hw.report.axis.axis_sight import trade_blocks
 from bayes_hw.report.page.document import Bullets, Callout, Figure, Paragraph, Section, Table
-from bayes_hw.report.page.names import parameter_name
-from bayes_hw.report.page.prior_notation import LEGEND, prior_notation
+from bayes_hw.report.page.names import LEGEND, parameter_name, prior_notation
 from bayes_hw.report.page.rounding import (
     format_estimate,
     format_interval,

@@ -55,6 +55,7 @@ def test_a_fit_and_all_that_is_read_from_it_leave_holes_out() -> None:
     assert np.isfinite(promised).all() and max(promised) < 25
 
 
+@pytest.mark.slow
 def test_a_warming_gain_is_found_with_its_base_beside_holes() -> None:
     """And corrected.json simulates what the diagnosis predicts."""
     drift = Effect(form("gain_drift"), np.array([0.15, 150.0]))

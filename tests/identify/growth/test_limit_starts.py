@@ -11,8 +11,13 @@ from wide_axes import axis_of_task
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.experiment import prepare
 from bayes_hw.identify.growth.cascade_response import CascadeResponse, outermost_limits
-from bayes_hw.identify.growth.limit_starts import SHARES, with_least_squares, with_limits_anew
-from bayes_hw.identify.growth.search import grow, smallest_cascade
+from bayes_hw.identify.growth.search import (
+    SHARES,
+    grow,
+    smallest_cascade,
+    with_least_squares,
+    with_limits_anew,
+)
 from bayes_hw.record import Record, Units
 
 LOWER, UPPER, HALF_WIDTH, RESIDUE = -0.4, 0.7, 0.05, 0.02

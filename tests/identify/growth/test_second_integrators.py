@@ -8,8 +8,7 @@ import pytest
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_basis import linear_basis
 from bayes_hw.identify.growth.search import Grown
-from bayes_hw.identify.growth.second_integrators import joined_to_integrator, with_one_integrator
-from bayes_hw.identify.growth.slow_poles import slow_poles
+from bayes_hw.identify.growth.slow_poles import joined_to_integrator, slow_poles, with_one_integrator
 from bayes_hw.record import Record, Units
 
 SAMPLES = 600

@@ -14,9 +14,8 @@ from plant_axis import drawn_axis
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.draws import rms
 from bayes_hw.plant.effects.effect import Scales
-from bayes_hw.plant.foreign.linearisation import discrete_system
 from bayes_hw.plant.foreign.mechanics import Friction
-from bayes_hw.plant.foreign.plant import CATALOGUE, ForeignPlant
+from bayes_hw.plant.foreign.plant import CATALOGUE, ForeignPlant, discrete_system
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun
 from bayes_hw.plant.foreign.unnamed import UNNAMED, Imbalance
 from bayes_hw.plant.kinds import KINDS, LABELS

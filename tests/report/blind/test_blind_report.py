@@ -13,13 +13,12 @@ from bayes_hw.gap.blind.counts import Share
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.score import score_evidence
 from bayes_hw.provenance import provenance
-from bayes_hw.report.blind.blind_report import blind_report
+from bayes_hw.report.blind.blind_report import blind_report, share_text
 from bayes_hw.report.blind.figures_blind import shares
-from bayes_hw.report.blind.share_words import share_text
 from bayes_hw.report.page.content import report_content
 from bayes_hw.report.page.document import Report
-from bayes_hw.report.page.html import to_html
 from bayes_hw.report.page.palette import BLUE, ORANGE, VERMILLION
+from bayes_hw.report.page.render import to_html
 
 ORIGIN = provenance("bayes-hw blind score", 1, [], 1.0)
 

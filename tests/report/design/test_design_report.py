@@ -8,6 +8,7 @@ from html import unescape
 import numpy as np
 import pytest
 from spread_axis import spread_posterior
+from strokes import draw_strokes
 
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
@@ -20,9 +21,8 @@ from bayes_hw.record import Units
 from bayes_hw.report.design.design_axis_sections import crossover_section
 from bayes_hw.report.design.design_report import design_report
 from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
-from bayes_hw.report.page.html import to_html
-from bayes_hw.report.page.pdf import to_pdf
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.render import to_html, to_pdf
+from bayes_hw.report.page.typography import visible
 
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ \\ @a \x1b[31m\u202e'
 
@@ -47,7 +47,9 @@ def origin() -> Provenance:
 
 @pytest.fixture(scope="module")
 def report(found: Design, origin: Provenance) -> Report:
-    return design_report(found, origin)
+    with pytest.MonkeyPatch.context() as patch:
+        draw_strokes(patch)
+        return design_report(found, origin)
 
 
 def tables(report: Report) -> list[Table]:

@@ -26,8 +26,8 @@ from bayes_hw.report.diagnosis.diagnosis_numbers import share_interval
 from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 from bayes_hw.report.diagnosis.diagnosis_sections import where_section
 from bayes_hw.report.page.document import Bullets, Callout, Paragraph, Report, Table, ZoomableRecord
-from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render
+from bayes_hw.report.page.typography import visible
 
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m\u202e'
 """Markup of HTML, Typst and Jinja, a terminal's escape and a change of direction."""

@@ -4,7 +4,7 @@ import pytest
 
 from bayes_hw.report.page import equations
 from bayes_hw.report.page.document import Formula
-from bayes_hw.report.page.pdf import formula_svg
+from bayes_hw.report.page.render import formula_svg
 
 FORMULAS = {name: found for name, found in vars(equations).items() if isinstance(found, Formula)}
 

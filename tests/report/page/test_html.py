@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bayes_hw.report.page.html import to_html
-from bayes_hw.report.page.plain_text import visible
+from bayes_hw.report.page.render import to_html
+from bayes_hw.report.page.typography import visible
 
 HOSTILE = (
     '<script>alert(1)</script></title> "quoted" & \'single\' {{ 7*7 }} {% raw %} #eval("1") '

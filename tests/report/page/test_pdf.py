@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.report.page.document import Figure, Section
-from bayes_hw.report.page.pdf import to_pages, to_pdf
+from bayes_hw.report.page.render import to_pages, to_pdf
 
 HOSTILE = '#eval("1") $x^2$ \\ @ref *b* _i_ `c` <l> // /* = - + ~ -- ... #image("/etc/passwd")'
 
@@ -44,7 +44,7 @@ def test_same_report_gives_same_bytes_in_another_process(report_of, tmp_path):
         "import sys, hashlib\n"
         f"sys.path.insert(0, {str(Path(__file__).parents[1])!r})\n"
         "from conftest import report_of\n"
-        "from bayes_hw.report.page.pdf import to_pdf\n"
+        "from bayes_hw.report.page.render import to_pdf\n"
         "sys.stdout.buffer.write(to_pdf(report_of.__wrapped__()('text')))\n"
     )
     again = subprocess.run([sys.executable, script], check=True, capture_output=True)

@@ -3,7 +3,7 @@ import unicodedata
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bayes_hw.report.page.plain_text import HIDDEN_CATEGORIES, visible
+from bayes_hw.report.page.typography import HIDDEN_CATEGORIES, visible
 
 
 def test_ordinary_text_is_left_as_it_is():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.model.priors import HalfNormal, LogNormal, Normal, Uniform
-from bayes_hw.report.page.prior_notation import prior_notation
+from bayes_hw.report.page.names import prior_notation
 
 
 @pytest.mark.parametrize(

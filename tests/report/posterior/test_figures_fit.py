@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.record import Record
-from bayes_hw.report.posterior.figures_fit import fit_canvas
+from bayes_hw.report.posterior.figures_prediction import fit_canvas
 
 
 def test_it_draws_record_model_and_difference(small_record: Record) -> None:

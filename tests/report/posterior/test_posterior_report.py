@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from browser import Browser
 from page_checks import check_page
+from short_sampling import sample_shortly
 from simulated_records import measured
 
 from bayes_hw.analysis import Analysis, analyse
-from bayes_hw.infer import pilot
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.provenance import provenance
 from bayes_hw.record import Units
 from bayes_hw.report.page.document import Report
-from bayes_hw.report.page.plain_text import visible
 from bayes_hw.report.page.render import render
+from bayes_hw.report.page.typography import visible
 from bayes_hw.report.posterior.posterior_report import posterior_report
 
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m\u202e'
@@ -31,9 +31,8 @@ HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m
 @pytest.fixture(scope="module", autouse=True)
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pilot, "PILOT_STEPS", 30)
+        sample_shortly(patch)
         patch.setattr("bayes_hw.infer.convergence.ESS_LIMIT", 1e5)
-        patch.setattr(pilot, "TRIAL_PROPOSALS", 512)
         yield
 
 

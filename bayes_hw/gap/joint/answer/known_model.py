@@ -13,10 +13,10 @@ from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.known_input import columns_of, with_known_inputs
-from bayes_hw.identify.fit import fit_percent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.identify.noise import estimate_noise
 from bayes_hw.identify.result import Identification, RecordFit
+from bayes_hw.identify.validation import fit_percent
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 

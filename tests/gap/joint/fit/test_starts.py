@@ -12,8 +12,8 @@ from joint_axis import RATE, SIGMA, form, measured, response_with, some_effect
 import bayes_hw as bw
 from bayes_hw.arrays import FloatArray
 from bayes_hw.cli import main
-from bayes_hw.csv_output import write_csv
 from bayes_hw.errors import InputError
+from bayes_hw.files import write_csv
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
@@ -48,7 +48,9 @@ def true_fit(effects: tuple[Effect, ...], record: Record) -> JointFit:
     return JointFit(response, evaluate(response, response.coordinates(values)))
 
 
-@pytest.mark.parametrize(("name", "first"), [("friction", 1207), ("backlash", 1555)])
+@pytest.mark.parametrize(
+    ("name", "first"), [pytest.param("friction", 1207, marks=pytest.mark.slow), ("backlash", 1555)]
+)
 def test_the_true_model_predicts_a_cut_record_as_well_as_its_noise_lets_it(name: str, first: int) -> None:
     """From rest it is off by several deviations; a record that begins at rest is left as it was."""
     train, whole = measured(EFFECTS[name], 2400, (1, 2))
