@@ -135,7 +135,7 @@ class SlowNoise:
         def minus(x: FloatArray) -> float:
             return seen.minus(self._spectrum(x, power, resonance, seen.frequency, seen.differenced))
 
-        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1}
+        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1, "initial_simplex": _simplex(start)}
         found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
         return np.asarray(found.x, dtype=np.float64)
 
