@@ -128,7 +128,8 @@ def nats_of(mean: FloatArray, drawn: FloatArray) -> float:
     """What quantities (n,) that scatter as `drawn` (draws, n) are worth over being zero: half of Wald's
     statistic, in nats."""
     variances, axes = np.linalg.eigh(np.atleast_2d(np.cov(drawn, rowvar=False)))
-    return 0.5 * float(np.sum((axes.T @ mean) ** 2 / np.maximum(variances, np.finfo(float).tiny)))
+    least = float(mean @ mean) * np.finfo(float).eps ** 2
+    return 0.5 * float(np.sum((axes.T @ mean) ** 2 / np.maximum(variances, least)))
 
 
 def averaged(
