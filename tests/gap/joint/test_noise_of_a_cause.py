@@ -68,6 +68,22 @@ def test_exact_noise_tells_a_small_walk_from_wind() -> None:
     assert likely[WALK, True] - likely[WIND, True] > likely[WALK, False] - likely[WIND, False] + 2
 
 
+def test_wind_of_a_low_corner_is_found_however_small_its_part_at_high_frequencies() -> None:
+    """Of gusts with a corner of 0.03 Hz beneath white noise, at 50 Hz: as likely as at the true spectrum."""
+    rate, samples, rng = 50.0, 6000, np.random.default_rng(11)
+    f = np.maximum(np.fft.rfftfreq(1 << 15, 1 / rate), 1e-4)
+    power = np.exp(-4.0) * ((1 + (rate / 40 / 0.03) ** 2) / (1 + (f / 0.03) ** 2)) ** 1.5
+    e = []
+    for _ in range(2):
+        white = np.fft.rfft(rng.standard_normal(1 << 15))
+        e.append(np.fft.irfft(np.sqrt(power) * white)[:samples] + rng.standard_normal(samples))
+    cause = SlowNoise(WIND, rate, (POLES, POLES), exact=True)
+    true = cause._whitener(1.5, -1, np.array([-4.0, np.log(0.03), 0.0]))
+    found = cause.of(e).log_likelihood(e)
+    assert found > true.log_likelihood(e) - 2
+    assert found > SlowNoise(WALK, rate, exact=True).of(e).log_likelihood(e) + 3
+
+
 def test_the_noise_of_the_readings_is_told_beneath_a_walk() -> None:
     """Coloured noise of the first order: its deviation, which is larger than that of the innovations."""
     rng = np.random.default_rng(3)
