@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.given.given_search import away_from_zero, best_base
-from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.identify.growth.coloured import Whitener
 
@@ -49,8 +49,9 @@ def test_the_cause_at_work_is_the_likelier() -> None:
     ):
         score = {}
         for cause in (right, wrong):
-            price = 0.5 * PARAMETERS * np.log(2 * LENGTH)
-            score[cause] = SlowNoise(cause, RATE, (POLES,)).of(e).log_likelihood(e) - price
+            noise = SlowNoise(cause, RATE, (POLES,))
+            price = 0.5 * noise.parameters * np.log(2 * LENGTH) + np.log(noise.choices)
+            score[cause] = noise.of(e).log_likelihood(e) - price
         assert score[right] > score[wrong] + 0.2
         free = Whitener.of_residuals(e)
         assert score[right] > free.log_likelihood(e) - 0.5 * free.order * np.log(2 * LENGTH) + 5
