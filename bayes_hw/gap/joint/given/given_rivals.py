@@ -63,7 +63,7 @@ def instead_of(
             trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
-    for one in _exchanged(fit):
+    for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) else ():
         label = one.effect_labels[-1]
         found[label] = best_of([one, *([found[label]] if label in found else [])])
     if strongest == OTHER and not _is_begun_anywhere(fit):
@@ -79,11 +79,10 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
     of every name the most alike, each to its end under white noise: a gap of the drive's torque, one of its
     spring and a friction are one curve over different signals, and a descent from afar finds but one of them.
     """
-    own = fit.effect_labels[-1:]
     begun: dict[str, GivenFit] = {}
     for one in exchanges(fit, EXCHANGED_AROUND_A_MODEL):
         named = as_given(named_by_sight(one))
-        if named.effect_labels[-1:] != own and named.values.effects[-1].is_own_law:
+        if named.effect_labels[-1] not in fit.labels and named.values.effects[-1].is_own_law:
             begun.setdefault(named.effect_labels[-1], named)
     ended = [kicked(as_given(one.descended_under(0, FULL_STEPS))) for one in begun.values()]
     return [as_given(named_by_sight(as_given(one.descended()))) for one in ended]
