@@ -26,17 +26,24 @@ def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
     does = axis_words(verdict.base)
     if not verdict.answer:
         return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
+    closed = verdict.gap_holdout.closed
+    them = "it" if len(verdict.answer) == 1 else "them"
+    worse = verdict.gap_holdout.closed_hdi94[1] < 0
+    if worse and not set(verdict.answer) & {*RANDOM, OTHER}:
+        return (
+            f"{does}; in doubt is what a model of limits, linear dynamics and dead zone lacks: the records "
+            f"trained on ask for {words_of_answer(verdict.answer, {})}, but with {them} in the model "
+            f"{held_out}, held out, is predicted worse than without."
+        )
     lacks = words_of_answer(verdict.answer, verdict.probability)
     said = f"{does}; what a model of limits, linear dynamics and dead zone lacks is {lacks}."
     if verdict.answer == (OTHER,):
         return f"{said} No remedy follows from that; the next experiment does."
     if verdict.answer[0] in RANDOM and not simulated:
         return f"{said} It is random: no simulation follows it, and the bands are made wide enough for it."
-    share = verdict.gap_holdout.closed
-    them = "it" if len(verdict.answer) == 1 else "them"
-    if verdict.gap_holdout.closed_hdi94[1] < 0:
+    if worse:
         return f"{said} With {them} in the model, {held_out}, held out, is predicted worse than without."
-    size = f"more than {100 * MOST_SAID:.0f} %" if share > MOST_SAID else f"{100 * max(share, 0.0):.0f} %"
+    size = f"more than {100 * MOST_SAID:.0f} %" if closed > MOST_SAID else f"{100 * max(closed, 0.0):.0f} %"
     return f"{said} With {them} in the model, {size} of the avoidable error is gone on {held_out}, held out."
 
 

@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
-from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowWhitener
+from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
@@ -55,7 +55,7 @@ class JointPage:
             with_holes(r.y - fit.response.along(fit.values, number).y, r.measured)
             for number, r in enumerate(train)
         ]
-        fitted = PARAMETERS if isinstance(whitener, SlowWhitener) else order
+        fitted = len(whitener.at) if isinstance(whitener, SlowWhitener) else order
         return examine_residuals(train, residuals, whitener.coefficients[order, :order], fitted)
 
     @cached_property

@@ -35,3 +35,11 @@ def test_a_record_that_is_predicted_worse_is_told(
     closed: float, interval: tuple[float, float], end: str
 ) -> None:
     assert said(closed, interval).endswith(end)
+
+
+def test_an_explanation_that_the_record_held_out_refutes_is_not_said_to_be_sure() -> None:
+    """One sentence, friction named, without the 99 % that the records trained on speak for it."""
+    refuted, held = said(-2.3, (-2.4, -2.2)), said(0.8, (0.7, 0.9))
+    assert "in doubt" in refuted and "friction" in refuted
+    assert refuted.count(".") == 1
+    assert "sure" in held and "sure" not in refuted

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.given.given_search import away_from_zero, best_base
-from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, WALK, WIND, SlowNoise
+from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.identify.growth.coloured import Whitener
 
@@ -49,8 +49,9 @@ def test_the_cause_at_work_is_the_likelier() -> None:
     ):
         score = {}
         for cause in (right, wrong):
-            price = 0.5 * PARAMETERS * np.log(2 * LENGTH)
-            score[cause] = SlowNoise(cause, RATE, (POLES,)).of(e).log_likelihood(e) - price
+            noise = SlowNoise(cause, RATE, (POLES,))
+            price = 0.5 * noise.parameters * np.log(2 * LENGTH) + np.log(noise.choices)
+            score[cause] = noise.of(e).log_likelihood(e) - price
         assert score[right] > score[wrong] + 0.2
         free = Whitener.of_residuals(e)
         assert score[right] > free.log_likelihood(e) - 0.5 * free.order * np.log(2 * LENGTH) + 5
@@ -66,6 +67,22 @@ def test_exact_noise_tells_a_small_walk_from_wind() -> None:
     }
     assert likely[WALK, True] > likely[WALK, False] + 10
     assert likely[WALK, True] - likely[WIND, True] > likely[WALK, False] - likely[WIND, False] + 2
+
+
+def test_wind_of_a_low_corner_is_found_however_small_its_part_at_high_frequencies() -> None:
+    """Of gusts with a corner of 0.03 Hz beneath white noise, at 50 Hz: as likely as at the true spectrum."""
+    rate, samples, rng = 50.0, 6000, np.random.default_rng(11)
+    f = np.maximum(np.fft.rfftfreq(1 << 15, 1 / rate), 1e-4)
+    power = np.exp(-4.0) * ((1 + (rate / 40 / 0.03) ** 2) / (1 + (f / 0.03) ** 2)) ** 1.5
+    e = []
+    for _ in range(2):
+        white = np.fft.rfft(rng.standard_normal(1 << 15))
+        e.append(np.fft.irfft(np.sqrt(power) * white)[:samples] + rng.standard_normal(samples))
+    cause = SlowNoise(WIND, rate, (POLES, POLES), exact=True)
+    true = cause._whitener(1.5, -1, np.array([-4.0, np.log(0.03), 0.0]))
+    found = cause.of(e).log_likelihood(e)
+    assert found > true.log_likelihood(e) - 2
+    assert found > SlowNoise(WALK, rate, exact=True).of(e).log_likelihood(e) + 3
 
 
 def test_the_noise_of_the_readings_is_told_beneath_a_walk() -> None:

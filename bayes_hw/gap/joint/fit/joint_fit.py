@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
-from bayes_hw.gap.joint.noise.slow_noise import PARAMETERS, SlowNoise, SlowWhitener
+from bayes_hw.gap.joint.noise.slow_noise import SlowNoise, SlowWhitener
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import Structure
@@ -141,7 +141,8 @@ class JointFit:
     @property
     def free_count(self) -> int:
         """How many numbers were fitted; noise of a cause has few that are free."""
-        noise = self.point.whitener.order if self.response.cause is None else PARAMETERS
+        cause = self.response.cause
+        noise = self.point.whitener.order if cause is None else cause.parameters
         return self.response.size + noise + 1 + self.taken
 
     @property
@@ -152,9 +153,11 @@ class JointFit:
 
     @property
     def score(self) -> float:
-        """Half of Schwarz's criterion in nats, larger is better, less the price of the labels."""
-        labels = len(self.response.template) + len(self.added)
+        """Half of Schwarz's criterion in nats, larger is better, less the price of the labels and of the
+        shape that noise of a cause has among those it may have."""
+        labels, cause = len(self.response.template) + len(self.added), self.response.cause
         price = 0.5 * self.free_count * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * labels
+        price += 0.0 if cause is None else float(np.log(cause.choices))
         return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
 
     def descended(self, steps: int = FULL_STEPS) -> Self:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
-from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law
+from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law, kicked
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     best_of,
@@ -22,8 +23,11 @@ from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE, finer
+from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
+from bayes_hw.gap.joint.search.sight import named_by_sight
 
 SLOW = (WIND, WALK)
+EXCHANGED_AROUND_A_MODEL = (*EXCHANGED, *(form for form in DRIVE_FORMS if form.law not in PERIODIC))
 SHAPE_LEAD = 50.0
 """Nats by which a function of position must lead to end a search."""
 
@@ -59,12 +63,29 @@ def instead_of(
             trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
+    for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) else ():
+        label = one.effect_labels[-1]
+        found[label] = best_of([one, *([found[label]] if label in found else [])])
     if strongest == OTHER and not _is_begun_anywhere(fit):
         found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
     return found if len(found) > 1 or found[strongest] is not fit else {}
+
+
+def _exchanged(fit: GivenFit) -> list[GivenFit]:
+    """The explanation with its last law exchanged for one of another name that gives nearly the same torque,
+    of every name the most alike, each to its end under white noise: a gap of the drive's torque, one of its
+    spring and a friction are one curve over different signals, and a descent from afar finds but one of them.
+    """
+    begun: dict[str, GivenFit] = {}
+    for one in exchanges(fit, EXCHANGED_AROUND_A_MODEL):
+        named = as_given(named_by_sight(one))
+        if named.effect_labels[-1] not in fit.labels and named.values.effects[-1].is_own_law:
+            begun.setdefault(named.effect_labels[-1], named)
+    ended = [kicked(as_given(one.descended_under(0, FULL_STEPS))) for one in begun.values()]
+    return [as_given(named_by_sight(as_given(one.descended()))) for one in ended]
 
 
 def is_shape(base: GivenFit, best: GivenFit) -> bool:

@@ -26,11 +26,10 @@ from bayes_hw.identify.holes import without_holes
 WIND, WALK = "wind", "sensor_drift"
 """Labels of the two causes."""
 
-PARAMETERS = 3
-"""Numbers that the noise costs: size, phi and one for the shape of the torque's spectrum, or for which of its
-label's three forms a walk is."""
-
 STEEPNESS = (0.85, 1.1, 1.5, 2.2, 3.2)
+FORMS_OF_A_DRIFT = 3
+"""A walk is one of the forms of its label: beside it a ramp and a settling one."""
+
 LEVEL_AT = 40.0
 """The size is that of the slow spectrum at the sample rate over this: it stays while the corner moves."""
 
@@ -91,6 +90,16 @@ class SlowNoise:
     begun: SlowWhitener | None = None
     exact: bool = False
 
+    @property
+    def parameters(self) -> int:
+        """Numbers that the noise costs: size, phi, and the corner of a torque's spectrum."""
+        return 2 if self.cause == WALK else 3
+
+    @property
+    def choices(self) -> int:
+        """Of how many shapes, each as likely before, it is one."""
+        return FORMS_OF_A_DRIFT if self.cause == WALK else len(STEEPNESS) * (1 + len(self.poles))
+
     def of(self, residuals: Sequence[FloatArray], previous: Whitener | None = None) -> SlowWhitener:
         """Fitted to residuals, NaN where nothing was measured; from `previous` where it is of this noise."""
         masks = None
@@ -135,7 +144,7 @@ class SlowNoise:
         def minus(x: FloatArray) -> float:
             return seen.minus(self._spectrum(x, power, resonance, seen.frequency, seen.differenced))
 
-        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1}
+        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1, "initial_simplex": _simplex(start)}
         found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
         return np.asarray(found.x, dtype=np.float64)
 

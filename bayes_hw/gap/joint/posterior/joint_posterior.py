@@ -39,6 +39,9 @@ TRIES = 20
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
 
+TOLD_NATS = 25.0
+"""That the weights of a mode must be worth over none to be told: as much as a label must."""
+
 EXPLODED = 1e3
 """Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
 
@@ -64,7 +67,9 @@ def laplace(
     sections: Sequence[int] | None = None,
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`; `sections` as `dominant_sections` has them
-    where they are not to be found anew."""
+    where they are not to be found anew. Of these only modes are reported whose weights the records tell from
+    none: where readings are rounded or held, or an effect is not quite what its form says, G takes up a
+    little of that as a resonance, which is none of the axis and would take the number of one that is."""
     about, factor = drawn_about(fit)
     chaotic = about is not fit
     if chaotic:
@@ -86,8 +91,14 @@ def laplace(
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
     sections = dominant_sections(fit) if sections is None else list(sections)
-    for x in drawn:
-        values_at = fit.response.values(x)
+    every = [fit.response.values(x) for x in drawn]
+    weights = np.array([one.cascade.sections[2:4] for one in every])
+    sections = [
+        i
+        for i in sections
+        if nats_of(fit.values.cascade.sections[2:4, i], weights[:, :, i] / inflation) >= TOLD_NATS
+    ]
+    for values_at in every:
         for name, value in base_quantities(fit, values_at, sections, rate).items():
             base.setdefault(name, []).append(value)
         for name, value in effect_quantities(fit, values_at).items():
@@ -100,7 +111,7 @@ def laplace(
     else:
         effects |= torque_draws(fit, drawn)
     base |= unreached_limits(fit, base, rng)
-    second = np.array([second_sample(fit.response.values(x)) for x in drawn])
+    second = np.array([second_sample(one) for one in every])
     base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
@@ -111,6 +122,14 @@ def laplace(
         unit,
         tuple(sections),
     )
+
+
+def nats_of(mean: FloatArray, drawn: FloatArray) -> float:
+    """What quantities (n,) that scatter as `drawn` (draws, n) are worth over being zero: half of Wald's
+    statistic, in nats."""
+    variances, axes = np.linalg.eigh(np.atleast_2d(np.cov(drawn, rowvar=False)))
+    least = float(mean @ mean) * np.finfo(float).eps ** 2
+    return 0.5 * float(np.sum((axes.T @ mean) ** 2 / np.maximum(variances, least)))
 
 
 def averaged(

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, raced
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
@@ -45,14 +46,21 @@ class _Begun:
 def exchanged(fit: JointFit) -> list[JointFit]:
     """The fit with its only law exchanged for those that give nearly the same torque, each descended; none
     where it has no law of its own, or several."""
+    order = min(fit.noise_order, 1)
+    begun = exchanges(fit, EXCHANGED)[:MOST_TRIED]
+    return raced([one.descended_under(order, FIRST_STEPS) for one in begun])
+
+
+def exchanges(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
+    """The fit with its only law exchanged for those of `forms` that give nearly the same torque, the most
+    alike first, not descended; none where it has no law of its own that is among them, or several."""
     own = [number for number, effect in enumerate(fit.values.effects) if effect.is_own_law]
-    if len(own) != 1 or fit.values.effects[own[0]].form not in EXCHANGED:
+    if len(own) != 1 or fit.values.effects[own[0]].form not in forms:
         return []
     old = _Old.of(fit, own[0])
-    begun = [one for form in EXCHANGED if form is not old.effect.form for one in old.exchanged_for(form)]
-    begun = sorted((one for one in begun if one.alike > ALIKE), key=lambda one: -one.alike)[:MOST_TRIED]
-    order = min(fit.noise_order, 1)
-    return raced([one.fit.descended_under(order, FIRST_STEPS) for one in begun])
+    begun = [one for form in forms if form is not old.effect.form for one in old.exchanged_for(form)]
+    begun = sorted((one for one in begun if one.alike > ALIKE), key=lambda one: -one.alike)
+    return cast(list[AnyFit], [one.fit for one in begun])
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 from joint_axis import form, measured, model, torque
 
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_moves import as_given
@@ -56,3 +57,20 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
         ends = instead_of(other, base, nats, rivals, {"cubic_stiffness": alone})
         assert len(asked) == 1
         assert ends["cubic_stiffness"] is alone
+
+
+def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
+    """A friction of the motor, which a dead band of the drive explains as well; a dead band of the drive, of
+    which a friction comes not near."""
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    leads = {}
+    for law, size, weight in ((form("friction", "Coulomb, motor"), 0.02, 0.012), (band, 0.1, 0.02)):
+        planted = torque(law, (size,), weight)
+        base = best_base(measured((planted,), 400, (1,)), model())
+        begun = base.with_effect(planted.form, (size,)).with_signal(0)
+        fit = as_given(begun.descended_under(0, 40).descended())
+        found = given_rivals._exchanged(fit)
+        assert found and not any(set(one.labels) & set(fit.labels) for one in found)
+        leads[law.label] = {one.labels[0]: fit.score - one.score for one in found}
+    assert abs(leads["friction"]["other"]) < 5
+    assert leads["other"]["friction"] > 50

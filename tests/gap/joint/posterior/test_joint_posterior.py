@@ -11,7 +11,7 @@ from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, form, measured, response
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior import joint_posterior
-from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace
+from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace, nats_of
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     effect_quantities,
     effect_units,
@@ -37,6 +37,34 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
     a1, a2 = np.array([response.values(x).cascade.sections[:2, 1] for x in posterior.coordinates]).T
     assert len(a1) == DRAWS and np.ptp(a1) > 1e-4
     assert np.mean(a1 * a1 / 4 < a2) > 0.99
+
+
+def test_a_mode_is_reported_where_the_records_tell_its_weights_from_none() -> None:
+    """A light mode beside the axis' own, of next to no weight and of eight deviations."""
+    rng, records = np.random.default_rng(3), measured((), SAMPLES, (1,))
+    reported = {}
+    for weight in (1e-6, 2e-3):
+        light = np.array([[1.76], [0.96], [weight], [-weight]])
+        sections = np.hstack([CASCADE.sections, light])
+        values = JointValues(replace(CASCADE, sections=sections, starts=np.zeros((1, 5))))
+        response = JointResponse(replace(STRUCTURE, sections=2), (), records, scale(SAMPLES))
+        noise = SIGMA * rng.standard_normal((len(records), SAMPLES))
+        seen = [
+            replace(r, y=response.simulate(values, r.u, r.known).y + e)
+            for r, e in zip(records, noise, strict=True)
+        ]
+        response = replace(response, records=seen)
+        fit = JointFit(response, evaluate(response, response.coordinates(values)))
+        reported[weight] = laplace(fit, Units(), np.random.default_rng(1), sections=[1]).sections
+    assert reported == {1e-6: (), 2e-3: (1,)}
+
+
+def test_what_quantities_are_worth_is_half_of_walds_statistic() -> None:
+    drawn = np.random.default_rng(0).standard_normal((4000, 2)) @ np.array([[1.0, 0.5], [0.0, 2.0]])
+    covariance = np.array([[1.0, 0.5], [0.5, 4.25]])
+    mean = np.array([3.0, -4.0])
+    np.testing.assert_allclose(nats_of(mean, drawn), 0.5 * mean @ np.linalg.solve(covariance, mean), rtol=0.1)
+    assert nats_of(mean, np.zeros((3, 2)) + mean) > 1e9
 
 
 def test_a_mode_is_looked_for_among_the_sections_of_another_fit() -> None:
