@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Verdict
-from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.finding import sentence, unfollowed
+from bayes_hw.record import Record
 
 
 def said(closed: float, interval: tuple[float, float]) -> str:
@@ -35,3 +38,13 @@ def test_a_record_that_is_predicted_worse_is_told(
     closed: float, interval: tuple[float, float], end: str
 ) -> None:
     assert said(closed, interval).endswith(end)
+
+
+def test_records_that_do_not_follow_tell_nothing() -> None:
+    """A drive that was off; beside a record that follows it is not said of all."""
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(-1, 1, 60), 50)
+    off = Record.from_arrays(np.arange(3000) / 50, u, 1e-3 * rng.standard_normal(3000))
+    on = replace(off, y=np.cumsum(u) / 50)
+    assert "does not follow" in unfollowed([off])
+    assert unfollowed([off, on]) == ""
