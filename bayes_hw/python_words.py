@@ -30,7 +30,8 @@ READING = {
 
 FLAGS = ("reverse", "ignore-units")
 
-WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h|swapped|position|scale|stuck|unrelated"
+FAULTS = "swapped|position|scale|stuck|unrelated"
+WORDS = f"none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h|{FAULTS}"
 NUMBER = r"[-+]?\d[-+.\de]*(?<![-+.e])"
 VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|{NUMBER}(?: {NUMBER}(?![\w.]))?|\w+\.\w+|(?:{WORDS})\b"
 """What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
