@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class InputError(ValueError):
     """An input that cannot be used.
@@ -13,6 +16,21 @@ class InputError(ValueError):
 
 class BayesHWWarning(UserWarning):
     """What was done without being asked, or must be known beside a result."""
+
+
+@contextmanager
+def solvable(named: str) -> Iterator[None]:
+    """Equations of a fit without a solution in floating point are an InputError that begins with `named`."""
+    try:
+        yield
+    except ValueError as error:
+        if type(error).__name__ != "LinAlgError":
+            raise
+        raise InputError(
+            f"{named}: no fit is possible in floating point; check the units of the records and of the "
+            "model, and that the records hold measured noise: a simulation without any leaves nothing to "
+            "estimate it from"
+        ) from error
 
 
 def storable_text(text: str, label: str) -> str:

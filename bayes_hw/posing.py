@@ -108,17 +108,34 @@ def _how_it_begins(record: Record, begin: RecordStart) -> str:
 def rested(records: Sequence[Record], start: Start = "auto") -> tuple[tuple[Record, ...], tuple[str, ...]]:
     """The records from where each first rests, and in words what was cut; with `start` "rest" as they are.
 
-    Raises InputError as `from_rest` does.
+    One that comes to rest too late, such as the second part of a log that was split while the axis moved, is
+    left out where another remains. Raises InputError as `from_rest` does where none does.
     """
-    if start == "rest":
+    if start == "rest" or not records:
         return tuple(records), ()
-    found = tuple(from_rest(record) for record in records)
-    notes = tuple(
+    resting = tuple(record for record in records if first_rest(record) is not None) or records
+    notes = [
+        f"{record.name}: left out, begins in motion and comes to rest nowhere in its first half; a diagnosis "
+        "starts at rest (--start rest takes it so)"
+        for record in records
+        if record not in resting
+    ]
+    found = tuple(from_rest(record) for record in resting)
+    notes += [
         f"{after.name}: {after.treatment[-1]}"
-        for before, after in zip(records, found, strict=True)
+        for before, after in zip(resting, found, strict=True)
         if after is not before
-    )
-    return found, notes
+    ]
+    return found, tuple(notes)
+
+
+def first_rest(record: Record) -> int | None:
+    """The sample at which a record first rests, zero where it begins so; None where less than half of it
+    remains behind."""
+    if not begins_in_motion(record.u, record.y, record.sample_rate_hz):
+        return 0
+    first = _first_rest(record)
+    return None if first is None or len(record) - first < LEAST_SHARE * len(record) else first
 
 
 def from_rest(record: Record) -> Record:
@@ -126,10 +143,10 @@ def from_rest(record: Record) -> Record:
 
     Raises InputError where less than half of it remains.
     """
-    if not begins_in_motion(record.u, record.y, record.sample_rate_hz):
+    first = first_rest(record)
+    if first == 0:
         return record
-    first = _first_rest(record)
-    if first is None or len(record) - first < LEAST_SHARE * len(record):
+    if first is None:
         raise InputError(
             f"{record.source or record.name}: begins in motion, and comes to rest nowhere in its first "
             "half; a diagnosis starts at rest: give a record that begins at rest, or --start rest to "

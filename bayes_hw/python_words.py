@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from bayes_hw.errors import InputError
+from bayes_hw.errors import InputError, solvable
 
 COLUMNS = ("time", "input", "output")
 UNITS = {"input-unit": "input", "output-unit": "output"}
@@ -30,7 +30,8 @@ READING = {
 
 FLAGS = ("reverse", "ignore-units")
 
-WORDS = "none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h"
+FAULTS = "swapped|position|scale|stuck|unrelated"
+WORDS = f"none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h|{FAULTS}"
 NUMBER = r"[-+]?\d[-+.\de]*(?<![-+.e])"
 VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|{NUMBER}(?: {NUMBER}(?![\w.]))?|\w+\.\w+|(?:{WORDS})\b"
 """What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
@@ -56,6 +57,8 @@ def _argument(found: re.Match[str]) -> str:
     if name in READING:
         inside = "True" if name in FLAGS else f"({literal.replace(' ', ', ')})" if name == "part" else literal
         return f"options=ReadingOptions({READING[name]}={inside})"
+    if name == "accept":
+        return f"accept=[{literal}]"
     argument = ARGUMENTS.get(name, name.replace("-", "_"))
     return f"`{argument}`" if value is None else f"{argument}={literal}"
 
@@ -64,6 +67,7 @@ def _argument(found: re.Match[str]) -> str:
 def in_python() -> Iterator[None]:
     """Errors of what runs inside speak of arguments, not of options."""
     try:
-        yield
+        with solvable("records"):
+            yield
     except InputError as error:
         raise InputError(python_words(str(error))) from error.__cause__

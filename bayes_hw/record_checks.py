@@ -225,7 +225,8 @@ def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
         "unrelated",
         f"the output, which moves by {np.ptp(y):.3g} in all, does not follow the command (coherence of speed "
         f"and command {forward.correlation**2:.2f} at best)",
-        "was the drive on, and are --input and --output the columns that they should be?",
+        "was the drive on, and are --input and --output the columns that they should be? If it is so, give "
+        "--accept unrelated",
     )
 
 

@@ -245,6 +245,7 @@ def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
             "leave it out with --part START STOP",
             "leave it out with options=ReadingOptions(part_s=(START, STOP))",
         ),
+        ("If it is so, give --accept unrelated", 'If it is so, give accept=["unrelated"]'),
     ],
 )
 def test_messages_speak_python(message: str, words: str) -> None:

@@ -16,7 +16,7 @@ from bayes_hw.cli import main
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import Case
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.posing import from_rest, posed
+from bayes_hw.posing import from_rest, posed, rested
 from bayes_hw.record import Record, Units
 from bayes_hw.record_start import begins_in_motion, record_start
 
@@ -99,12 +99,18 @@ def test_a_diagnosis_begins_where_the_axis_rests() -> None:
     assert begins_in_motion(cut.u, cut.y, RATE_HZ)
     found = from_rest(cut)
     assert 10.0 < found.t[0] < 15.0 and "left out" in found.treatment[-1]
+    restless = (
+        whole.window(4.5, 120.0)
+        if begins_in_motion(whole.u[90:], whole.y[90:], RATE_HZ)
+        else cut.window(0, 8)
+    )
     with pytest.raises(InputError, match="begins in motion, and comes to rest nowhere"):
-        from_rest(
-            whole.window(4.5, 120.0)
-            if begins_in_motion(whole.u[90:], whole.y[90:], RATE_HZ)
-            else cut.window(0, 8)
-        )
+        from_rest(restless)
+    kept, notes = rested([restless, cut])
+    assert [one.name for one in kept] == [cut.name]
+    assert "left out, begins in motion" in notes[0] and len(notes) == 2
+    with pytest.raises(InputError, match="comes to rest nowhere"):
+        rested([restless])
 
 
 def test_a_case_away_from_zero(small_axis: HammersteinWiener) -> None:

@@ -6,7 +6,7 @@ import argparse
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from bayes_hw.errors import InputError
+from bayes_hw.errors import InputError, solvable
 from bayes_hw.folder_claim import claimed_folder
 
 LIGHT = frozenset({"completion", "convert", "demo", "inspect", "look", "plan", "validate"})
@@ -29,23 +29,14 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.early import refuse_early
 
     refuse_early(parsed)
-    try:
-        with claim, _told_of_compilation(parsed):
-            if "run" in parsed:
-                parsed.run(parsed)
-            else:
-                from bayes_hw.commands.axis import COMMANDS
+    named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
+    with solvable(", ".join(map(str, named))), claim, _told_of_compilation(parsed):
+        if "run" in parsed:
+            parsed.run(parsed)
+        else:
+            from bayes_hw.commands.axis import COMMANDS
 
-                COMMANDS[parsed.command](parsed)
-    except ValueError as error:
-        if type(error).__name__ != "LinAlgError":
-            raise
-        named = [parsed.record] if "record" in parsed else getattr(parsed, "records", [parsed.command])
-        raise InputError(
-            f"{', '.join(named)}: no fit is possible in floating point ({error}); "
-            "check the units of the records and of the model, and that the records hold measured noise: "
-            "a simulation without any leaves nothing to estimate it from"
-        ) from None
+            COMMANDS[parsed.command](parsed)
 
 
 def _told_of_compilation(parsed: argparse.Namespace) -> AbstractContextManager[None]:

@@ -53,6 +53,9 @@ def identify_command(parsed: argparse.Namespace) -> None:
         warn(warning)
     for step in identification.steps:
         say(f"{step.name:32} rms error {step.cost:.4g}, fit {step.fit_percent:.2f} %")
+    if known := ", ".join(one.column for one in identification.model.known):
+        shares = ", ".join(f"{fit.hammerstein_wiener:.2f} %" for fit in identification.fits)
+        say(f"{'with ' + known:32} fit {shares}")
     for fit in fits:
         say(f"{fit.record}: Hammerstein-Wiener {fit.hammerstein_wiener:.2f} %, linear {fit.linear:.2f} %")
     model = Path(parsed.out) / "model.json"

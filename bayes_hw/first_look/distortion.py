@@ -75,16 +75,19 @@ def _explained(table: FloatArray, target: FloatArray) -> float:
 @dataclass(frozen=True)
 class Feedback:
     """Largest correlation of the command with the noise before it, and how many standard deviations that
-    is.
+    is; `of_response` is the largest with what comes after: of an axis that is not linear the command explains
+    errors to come, and by its own memory those that were.
     """
 
     correlation: float
     lag_s: float
     sigmas: float
+    of_response: float
 
     @property
     def closed_loop(self) -> bool:
-        return self.sigmas > FEEDBACK_SIGMAS and abs(self.correlation) > FEEDBACK_LEAST
+        least = max(FEEDBACK_LEAST, abs(self.of_response))
+        return self.sigmas > FEEDBACK_SIGMAS and abs(self.correlation) > least
 
 
 def feedback(
@@ -92,7 +95,7 @@ def feedback(
 ) -> Feedback | None:
     """Both whitened by autoregressions, so that their own memory is no correlation."""
     factor = max(1, round(sample_rate_hz / RATE_HZ))
-    sums, rows = np.zeros(FEEDBACK_LAGS), 0
+    sums, after, rows = np.zeros(FEEDBACK_LAGS), np.zeros(FEEDBACK_LAGS), 0
     pairs = []
     for error, u in zip(errors, commands, strict=True):
         if len(u) < factor * 8 * FEEDBACK_LAGS:
@@ -104,13 +107,17 @@ def feedback(
             continue
         noise, command = np.clip(noise / noise.std(), -4, 4), np.clip(command / command.std(), -4, 4)
         sums += [noise[:-lag] @ command[lag:] for lag in range(1, FEEDBACK_LAGS + 1)]
+        after += [noise[lag:] @ command[: len(command) - lag] for lag in range(FEEDBACK_LAGS)]
         rows += len(noise)
     if rows == 0:
         return None
     best = int(np.argmax(np.abs(sums)))
     correlation = float(sums[best]) / rows
     return Feedback(
-        correlation, (best + 1) * factor / sample_rate_hz, abs(correlation) * float(np.sqrt(rows))
+        correlation,
+        (best + 1) * factor / sample_rate_hz,
+        abs(correlation) * float(np.sqrt(rows)),
+        float(np.abs(after).max()) / rows,
     )
 
 

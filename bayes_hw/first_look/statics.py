@@ -21,8 +21,15 @@ from scipy import linalg, optimize
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import autoregression_from_partial, burg, whitened
 
-SLOW_RATE_HZ = 20.0
-"""Records are averaged down to about this rate: limits and dead zone are slow matters."""
+SLOW_RATES_HZ = (20.0, 50.0)
+"""Records are averaged down to about one of these rates: the taps reach as far back at the first as a slow
+axis asks, and resolve at the second what a stiff one does.
+"""
+
+SPAN_S = 1.0
+"""The better rate is that at which the residual changes less over this time: limits and dead zone act in the
+long run, and the noise from one sample to the next tells nothing of them.
+"""
 
 MOST_SAMPLES = 12_000
 TAPS = 80
@@ -42,6 +49,7 @@ STARTS = (0.0, 0.03, 0.15)
 """Half widths to start from, in units of what 95 % of the angles lie within."""
 
 LIMIT_STARTS = (1.0, 0.7)
+MOST_OF_THE_WAY, NEARLY_ALL = 0.8, 0.97
 FIRST_ITERATIONS, FINALISTS = 2, 3
 SHORT_TAPS = 40
 ONE_SIDED = 1.555
@@ -129,23 +137,20 @@ def _scaled_statics(
     outputs: Sequence[FloatArray], commands: Sequence[FloatArray], sample_rate_hz: float
 ) -> Statics:
     """Of commands and angles of about one."""
-    factor = max(1, round(sample_rate_hz / SLOW_RATE_HZ))
-    total = sum(len(y) // factor for y in outputs)
-    share = min(1.0, MOST_SAMPLES / max(total, 1))
-    records = []
-    for y, u in zip(outputs, commands, strict=True):
-        length = int(len(u) // factor * share)
-        if length > TAPS:
-            records.append(_Slow(u[: length * factor].reshape(-1, factor), y[: length * factor : factor]))
-    largest = max((float(r.u.max()) for r in records), default=0.0)
-    smallest = min((float(r.u.min()) for r in records), default=0.0)
-    if not records or largest <= smallest:
+    factors = sorted({max(1, round(sample_rate_hz / rate)) for rate in SLOW_RATES_HZ}, reverse=True)
+    tried: list[tuple[float, int, _Fit, tuple[FloatArray, FloatArray]]] = []
+    for factor in factors:
+        fit = _fit(outputs, commands, factor)
+        if fit is None:
+            continue
+        best = fit.best(fit.inside(tried[0][3][0]) if tried else fit.starts())
+        if best is not None:
+            span = max(1, round(SPAN_S * sample_rate_hz / factor))
+            tried.append((fit.misfit(best[0], span), factor, fit, best))
+    if not tried:
         return Statics()
-    fit = _Fit(records, min(smallest, 0.0), max(largest, 0.0))
-    best = fit.best()
-    if best is None:
-        return Statics()
-    values, covariance = fit.robust(*best)
+    _, factor, fit, best = min(tried, key=lambda found: found[0])
+    values, covariance = fit.robust(*best, block=max(2, round(BLOCK_S * sample_rate_hz / factor)))
     sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     met = np.array(
         [
@@ -167,6 +172,22 @@ def _scaled_statics(
     return Statics(lower, upper, half_width, spread, whole, bound)
 
 
+def _fit(outputs: Sequence[FloatArray], commands: Sequence[FloatArray], factor: int) -> _Fit | None:
+    """Of records averaged down by `factor`; None where they are too short or command nothing."""
+    total = sum(len(y) // factor for y in outputs)
+    share = min(1.0, MOST_SAMPLES / max(total, 1))
+    records = []
+    for y, u in zip(outputs, commands, strict=True):
+        length = int(len(u) // factor * share)
+        if length > TAPS:
+            records.append(_Slow(u[: length * factor].reshape(-1, factor), y[: length * factor : factor]))
+    largest = max((float(r.u.max()) for r in records), default=0.0)
+    smallest = min((float(r.u.min()) for r in records), default=0.0)
+    if not records or largest <= smallest:
+        return None
+    return _Fit(records, min(smallest, 0.0), max(largest, 0.0))
+
+
 class _Fit:
     """Gauss-Newton from several starts; `taps` are those of the best."""
 
@@ -179,13 +200,22 @@ class _Fit:
         self.penalty = 1 / (size * np.exp(-np.arange(TAPS) / TAP_DECAY))
         self.angle = float(np.quantile(np.abs(np.concatenate([r.y for r in records])), 0.95))
 
-    def best(self) -> tuple[FloatArray, FloatArray] | None:
-        """Lower, upper, half width, and their covariance; None where nothing is fitted."""
+    def starts(self) -> list[FloatArray]:
+        """Values to descend from where nothing is known."""
         starts = [np.array([share * self.smallest, share * self.largest, 0.0]) for share in LIMIT_STARTS]
         starts = [start + np.array([0.0, 0.0, size * self.angle]) for start in starts for size in STARTS]
         limits = self._limits_clear_of_zero()
         if limits is not None:
             starts.append(np.array([*limits, self._half_width_for(limits)]))
+        return starts
+
+    def inside(self, values: FloatArray) -> list[FloatArray]:
+        """Values that were found at another rate, and these with both limits met, if only just."""
+        ends = NEARLY_ALL * np.array([self.smallest, self.largest])
+        return [values, np.array([*ends, values[2]])]
+
+    def best(self, starts: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray] | None:
+        """Lower, upper, half width, and their covariance; None where nothing is fitted."""
         tried = [found for start in starts if (found := self._descend(start, FIRST_ITERATIONS)) is not None]
         if not tried:
             return None
@@ -195,16 +225,25 @@ class _Fit:
         self.taps = final[2]
         return final[1], final[3]
 
-    def robust(self, values: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values, and their covariance widened to that of their scores over blocks where that is larger."""
+    def misfit(self, values: FloatArray, span: int) -> float:
+        """Mean square of what the residual changes by over `span` samples."""
+        residuals = [
+            r.y - _dead_zone(self._undisturbed(r, values, self.taps), values[2]) for r in self.records
+        ]
+        changes = np.concatenate([r[span:] - r[:-span] for r in residuals])
+        return float(np.mean(changes**2))
+
+    def robust(self, values: FloatArray, covariance: FloatArray, block: int) -> tuple[FloatArray, FloatArray]:
+        """Values, and their covariance widened to that of their scores over blocks of so many samples where
+        that is larger.
+        """
         residuals, gradients = self._linearised(values, self.taps)
         noise = _autoregression(residuals)
-        size = max(2, round(BLOCK_S * SLOW_RATE_HZ))
         pairs = [(whitened(r, noise), whitened(g, noise)) for r, g in zip(residuals, gradients, strict=True)]
         rows = sum(len(white) for white, _ in pairs)
         variance = max(sum(float(white @ white) for white, _ in pairs) / rows, 1e-300)
         scores = [
-            np.add.reduceat(table * white[:, None], np.arange(0, len(white), size), axis=0) / variance
+            np.add.reduceat(table * white[:, None], np.arange(0, len(white), block), axis=0) / variance
             for white, table in pairs
         ]
         normal = sum((table.T @ table for _, table in pairs), np.zeros((3 + TAPS, 3 + TAPS))) / variance
@@ -252,7 +291,7 @@ class _Fit:
             method="Nelder-Mead",
             options={"initial_simplex": simplex, "maxfev": 45, "xatol": 1e-3 * float(edge[1])},
         ).x
-        return np.array([max(found[0], edge[0]), min(found[1], edge[1])])
+        return np.array([max(found[0], NEARLY_ALL * edge[0]), min(found[1], NEARLY_ALL * edge[1])])
 
     def _half_width_for(self, limits: FloatArray) -> float:
         """The half width of least cost with the taps that increments clear of it give."""
@@ -293,7 +332,7 @@ class _Fit:
             covariance = linalg.inv(inner, assume_a="pos") * np.outer(unit, unit)
             step = covariance @ right
             for _half in range(6):
-                tried = self._inside(values + step[:3])
+                tried = self._inside(values, step[:3])
                 new = taps + step[3:]
                 if (reached := self._cost(tried, new, noise)) <= cost:
                     values, taps, cost = tried, new, reached
@@ -303,12 +342,18 @@ class _Fit:
                 break
         return cost, values, taps, covariance[:3, :3]
 
-    def _inside(self, values: FloatArray) -> FloatArray:
+    def _inside(self, values: FloatArray, step: FloatArray) -> FloatArray:
+        """Values after a step. A limit goes part of the way to the end of the commands at most: there none is
+        beyond it, and its gradient is zero for good.
+        """
+        ends = np.array([self.smallest, self.largest])
+        farthest = values[:2] + MOST_OF_THE_WAY * (ends - values[:2])
+        new = values + step
         return np.array(
             [
-                np.clip(values[0], self.smallest, 0.02 * self.smallest),
-                np.clip(values[1], 0.02 * self.largest, self.largest),
-                max(values[2], 0.0),
+                np.clip(new[0], farthest[0], 0.02 * self.smallest),
+                np.clip(new[1], 0.02 * self.largest, farthest[1]),
+                max(new[2], 0.0),
             ]
         )
 

@@ -287,7 +287,7 @@ def _said(
 ) -> tuple[str, ...]:
     said = []
     if any(line.strip() for line in lines[:skipped]):
-        said.append(f"{skipped} lines before the header left out")
+        said.append(f"{skipped} line{'s' if skipped > 1 else ''} before the header left out")
     if decimal == ",":
         said.append("numbers read with decimal commas")
     if encoding == "cp1252":

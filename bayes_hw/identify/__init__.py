@@ -15,7 +15,7 @@ package, whichever was asked for first, and calling it is calling that function.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -36,10 +36,11 @@ class _CallableRoom(ModuleType):
         name: str | None = None,
         start: Start = "auto",
         origin: Origin = "start",
+        accept: Collection[str] = (),
     ) -> IdentifiedAxis:
         from bayes_hw.interface.identified_axis import identify
 
-        return identify(records, seed=seed, name=name, start=start, origin=origin)
+        return identify(records, seed=seed, name=name, start=start, origin=origin, accept=accept)
 
 
 sys.modules[__name__].__class__ = _CallableRoom

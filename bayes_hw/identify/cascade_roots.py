@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.model.block_of_fractions import block_of_fractions
-from bayes_hw.model.linear import LinearBlock
+from bayes_hw.model.linear import STABILITY_MARGIN, LinearBlock
 
 
 def poles_of(values: CascadeValues, integrator: bool) -> ComplexArray:
@@ -48,11 +50,25 @@ def with_poles(structure: Structure, poles: ComplexArray) -> CascadeValues:
 
 def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
     """G as poles, zeros, gain and delay."""
+    values = inside_the_circle(values)
     real = values.real
     if structure.integrator:
         real = np.concatenate([[[1.0], [values.integrator_residue]], real], axis=1)
     poles = poles_of(values, structure.integrator)
     return block_of_fractions(real, values.sections, 0.0, poles, structure.delay_samples)
+
+
+def inside_the_circle(values: CascadeValues) -> CascadeValues:
+    """Values whose poles, the integrator apart, are off the unit circle by as little as no record shows: a
+    descent may take a section to the very corner of where it is stable.
+    """
+    largest = 1 - 2 * STABILITY_MARGIN
+    real, sections = values.real.copy(), values.sections.copy()
+    real[0] = np.clip(real[0], -largest, largest)
+    for section in sections.T:
+        radius = float(np.abs(section_poles(section[0], section[1])).max())
+        section[:2] *= np.minimum(largest / max(radius, largest), 1.0) ** np.array([1, 2])
+    return replace(values, real=real, sections=sections)
 
 
 def section_poles(a1: float, a2: float) -> ComplexArray:

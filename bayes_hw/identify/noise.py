@@ -60,8 +60,9 @@ def whitened(values: FloatArray, weights: FloatArray) -> FloatArray:
     its order, left out."""
     order = len(weights)
     left: FloatArray = values[order:].copy()
+    part = np.empty_like(left)
     for lag, weight in enumerate(weights, start=1):
-        left -= weight * values[order - lag : len(values) - lag]
+        left -= np.multiply(values[order - lag : len(values) - lag], weight, out=part)
     return left
 
 

@@ -59,15 +59,22 @@ class OutputErrorFit:
 
 
 def simulated_outputs(
-    axis: AxisParameters, values: FloatArray, records: Sequence[Record]
+    axis: AxisParameters,
+    values: FloatArray,
+    records: Sequence[Record],
+    signals: Sequence[Sequence[FloatArray]] | None = None,
 ) -> list[FloatArray]:
-    """y of every record for each column of `values` (parameters, walkers): arrays (walkers, samples)."""
+    """y of every record for each column of `values` (parameters, walkers): arrays (walkers, samples).
+
+    `signals` are the `known_signals` of the records, where they were computed before.
+    """
     outputs = []
+    signals = [known_signals(axis, record) for record in records] if signals is None else signals
     for number, record in enumerate(records):
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
         found = simulate_batch(form, record.u, axis.model.linear.delay_samples, before)
-        known = known_signals(axis, record)
+        known = signals[number]
         outputs.append(with_known(axis, values, known, found.w) if known else found.y)
     return outputs
 
@@ -143,16 +150,17 @@ def fit_output_error(
     centre = as_coordinates(parameters, start)
     prior_mean, prior_sd = prior_scale(axis)
     levels = [_level(axis, record, coefficients) for record in records]
+    signals = [known_signals(axis, record) for record in records]
 
     def weighted(coordinates: FloatArray) -> FloatArray:
-        outputs = simulated_outputs(axis, as_values(parameters, coordinates), records)
+        outputs = simulated_outputs(axis, as_values(parameters, coordinates), records, signals)
         parts = [
             _without_level(whitened(record.y - output, coefficients, record.measured) / sigma, level)
             for record, output, level in zip(records, outputs, levels, strict=True)
         ]
         if prior:
             parts.append(((coordinates - prior_mean[:, None]) / prior_sd[:, None]).T)
-        return np.nan_to_num(np.concatenate(parts, axis=1), nan=1e6, posinf=1e6, neginf=-1e6)
+        return np.nan_to_num(np.concatenate(parts, axis=1), copy=False, nan=1e6, posinf=1e6, neginf=-1e6)
 
     def residual(coordinates: FloatArray) -> FloatArray:
         return weighted(coordinates[:, None])[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from bayes_hw.entrance import SimulatedAxis, enter
 from bayes_hw.errors import BayesHWWarning
@@ -25,9 +25,10 @@ def entered(
     model: SimulatedAxis | None = None,
     start: Start = "auto",
     origin: Origin = "start",
+    accept: Collection[str] = (),
 ) -> Posed:
     """`bayes_hw.entrance.enter`, its notes as warnings."""
-    found = enter(records, holdout, model=model, start=start, origin=origin)
+    found = enter(records, holdout, model=model, start=start, origin=origin, accepted=accept)
     for sentence in found.notes:
         warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -104,6 +104,7 @@ def diagnose(
     without: str | Sequence[str] = (),
     start: Start = "auto",
     origin: Origin = "start",
+    accept: Collection[str] = (),
     declaration: Path | str | None = None,
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
@@ -114,22 +115,23 @@ def diagnose(
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
-    record that begins in motion is cut to where it first rests, unless `start` is "rest". What was done is
-    warned of as BayesHWWarning. Raises InputError on arguments that are not what they should be, and on
-    records that do not fit the model.
+    record that begins in motion is cut to where it first rests, unless `start` is "rest". A record that is
+    not what it is said to be, such as an "unrelated" one, is refused unless `accept` names that. What was
+    done is warned of as BayesHWWarning. Raises InputError on arguments that are not what they should be, and
+    on records that do not fit the model.
     """
     with in_python():
         rng = generator(seed)
         if isinstance(model, Path | str):
             return _of_file(
-                Path(model), declaration, train, holdout, rng, jobs, struck(without), origin, start
+                Path(model), declaration, train, holdout, rng, jobs, struck(without), origin, start, accept
             )
         if declaration is not None:
             raise InputError("declaration: goes with the path of a simulator's file")
         if holdout is None and not isinstance(model, HammersteinWiener):
             own, cut = rested(records_given(model), start)
             warn_of(cut)
-            given = entered(own, records_given(train, "holdout"), origin=origin, start=start)
+            given = entered(own, records_given(train, "holdout"), origin=origin, start=start, accept=accept)
             found = joint_diagnosis.diagnose_records(
                 given.records, given.holdout, rng, name=own[0].name, start=start, jobs=threads(jobs)
             )
@@ -140,7 +142,11 @@ def diagnose(
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
         number, labels = threads(jobs), struck(without)
         posing = Case.of_records(simulator.name, simulator, records, held_out)
+<<<<<<< HEAD
         case, notes = posing.posed(origin=origin, start=start)
+=======
+        case, notes = posed_case(posing, origin=origin, start=start, accepted=accept)
+>>>>>>> first
         warn_of(notes)
         if isinstance(case, Case) and not labels and needs_ports(case.model):
             return GapDiagnosis(diagnose_by_ports(case, rng, start=start))
@@ -157,6 +163,7 @@ def _of_file(
     labels: frozenset[str],
     origin: Origin,
     start: Start,
+    accept: Collection[str],
 ) -> GapDiagnosis:
     """The diagnosis of a simulator in a file."""
     if holdout is None:
@@ -167,7 +174,7 @@ def _of_file(
         threads(jobs),
     )
     axis = open_simulator(path, None if declaration is None else Path(declaration), number)
-    case, notes = simulator_case(axis, records, held_out, origin=origin, start=start)
+    case, notes = simulator_case(axis, records, held_out, origin=origin, start=start, accepted=accept)
     warn_of(notes)
     full = full_simulator(axis, number)
     return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, full=full), axis)

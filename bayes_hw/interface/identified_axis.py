@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -73,19 +73,21 @@ def identify(
     name: str | None = None,
     start: Start = "auto",
     origin: Origin = "start",
+    accept: Collection[str] = (),
 ) -> IdentifiedAxis:
     """The four-step estimate from `records` of one axis; as `bayes-hw identify`.
 
     `name` is the model's (the first record's unless given). Angles count from where each record begins,
     unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"
     takes each to begin at rest, "auto" finds out. Known inputs of the records that the angle follows become
-    part of the model. What was done, and what a reader of the estimate must know,
+    part of the model. A record that is not what it is said to be, such as an "unrelated" one, is refused
+    unless `accept` names that. What was done, and what a reader of the estimate must know,
     is warned of as BayesHWWarning. `seed` is taken as in `sample` and `diagnose`, so that all three are
     called alike; the estimate draws no random numbers. Raises InputError when the arguments are not what they
     should be, or the records cannot be used.
     """
     with in_python():
-        given = entered(records_given(records), start=start, origin=origin)
+        given = entered(records_given(records), start=start, origin=origin, accept=accept)
         generator(seed)
         found = four_steps.identify(
             given.records,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -141,6 +141,7 @@ def sample(
     free: Sampled = "all",
     start: Start = "auto",
     origin: Origin = "start",
+    accept: Collection[str] = (),
     noise: NoiseKind = "auto",
     settings: SamplerSettings | None = None,
     jobs: int | None = None,
@@ -149,13 +150,13 @@ def sample(
 
     `jobs` threads (all cores unless given) change no number. Angles count from where each record begins,
     unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"
-    takes each to begin at rest, "auto" finds out. What was done, and what a reader of the posterior must
-    know, is warned of as BayesHWWarning. Raises InputError on arguments that are not
-    what they should be, and on records that do not fit the model.
+    takes each to begin at rest, "auto" finds out; `accept` as for `identify`. What was done, and what a
+    reader of the posterior must know, is warned of as BayesHWWarning. Raises InputError on arguments that are
+    not what they should be, and on records that do not fit the model.
     """
     with in_python():
         nominal = model_given(model)
-        given = entered(records_given(records), model=nominal, start=start, origin=origin)
+        given = entered(records_given(records), model=nominal, start=start, origin=origin, accept=accept)
         found = infer(
             nominal,
             given.records,

@@ -94,8 +94,9 @@ class AxisParameters:
         self.held_poles = tuple(held_poles)
         poles = model.linear.poles
         self._real_poles = np.sort(poles[poles.imag == 0].real)
-        integrators = np.flatnonzero(np.abs(self._real_poles - 1) <= INTEGRATOR_RADIUS)
-        self._integrator = int(integrators[0]) if integrators.size else None
+        distance = np.abs(self._real_poles - 1)
+        is_integrator = distance.size > 0 and distance.min() <= INTEGRATOR_RADIUS
+        self._integrator = int(np.argmin(distance)) if is_integrator else None
         dominant = model.mode_indices()
         others = [int(i) for i in np.flatnonzero(poles.imag > 0) if i not in dominant]
         others.sort(key=lambda i: abs(np.log(poles[i])))

@@ -25,6 +25,8 @@ Way: TypeAlias = Literal["torque", "reading"]
 TORQUE: Way = "torque"
 READING: Way = "reading"
 
+EIGHTH = complex(np.exp(0.25j * np.pi))
+
 BEGINNING = 10
 """Samples whose mean is the level that a record begins at: the axis rests there under it."""
 
@@ -62,9 +64,13 @@ def typical_cycles(columns: Sequence[FloatArray]) -> float:
 
 
 def polar(through: complex, cycles: float, delay: float) -> tuple[float, float]:
-    """Gain, of the sign for which its phase is within a quarter of a turn, and lag in samples of a response
-    at `cycles` per sample behind a delay in samples."""
-    sign = 1.0 if through.real >= 0 else -1.0
+    """Gain and lag in samples of a response at `cycles` per sample behind a delay in samples.
+
+    The sign is that for which the response lags by three eighths of a turn at most and leads by an eighth: a
+    spring, which does not lag, and an integrator, which lags by a quarter, are as far as can be from where
+    the sign turns over.
+    """
+    sign = 1.0 if (through * EIGHTH).real >= 0 else -1.0
     return sign * abs(through), delay - float(np.angle(sign * through)) / (2 * np.pi * cycles)
 
 

@@ -70,3 +70,14 @@ def test_closed_loop_shows_and_open_loop_does_not() -> None:
     assert closed is not None and opened is not None
     assert closed.closed_loop
     assert not opened.closed_loop
+
+
+def test_friction_under_a_sweep_is_no_loop() -> None:
+    """Errors that follow the command's sign: a sweep knows them before they come."""
+    t = np.arange(6000) / 25
+    sweep = np.sin(2 * np.pi * (0.05 + 0.02 * t) * t)
+    friction = np.convolve(np.sign(sweep), np.exp(-np.arange(50) / 8))[:6000]
+    found = feedback([friction + 0.02 * np.random.default_rng(1).standard_normal(6000)], [sweep], 25.0)
+    assert found is not None
+    assert abs(found.correlation) > 0.1
+    assert not found.closed_loop

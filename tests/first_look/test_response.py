@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from printed.nanshan import SATURATION_LOWER, SATURATION_UPPER, nanshan_model
-from simulated_axes import covered, measured, share
+from simulated_axes import covered, measured, share, three_twins
 from twin import TwinExperiment, twin_records
 
 from bayes_hw.first_look.look import Look, look
+from bayes_hw.first_look.response import measured_response
 from bayes_hw.first_look.statics import statics
-from bayes_hw.model.excitation import random_phase_multisine
+from bayes_hw.model.blocks import Saturation
+from bayes_hw.model.excitation import random_phase_multisine, sine_sweep
 
 
 def test_limits_and_dead_zone_of_the_twin() -> None:
@@ -52,6 +56,31 @@ def test_band_holds_the_linear_block_of_a_nonlinear_twin(
     answers = covered(seen.response.linear, model)
     assert len(answers) > 60
     assert 0.9 <= share(answers) <= 0.98
+
+
+@pytest.mark.parametrize("kind", ["slow sweeps", "stiff multisine"])
+def test_band_holds_the_linear_block_where_limits_are_just_met(kind: str) -> None:
+    """Sweeps of a slow axis reach their limits by little; a stiff axis answers faster than 20 Hz tells."""
+    twin, command = kind.split()
+    model, answers = three_twins()[twin], []
+    rate = model.sample_rate_hz
+    for seed in (7101, 7102):
+        rng = np.random.default_rng(seed)
+        if command == "sweeps":
+            phases = -np.pi / 4 + 0.1 * np.arange(3)
+            commands = [sine_sweep(rate, 240, 0.3, 0, rate / 4, start_phase_rad=p) for p in phases]
+        else:
+            commands = [random_phase_multisine(rng, rate, 2400 / rate, rate / 200, 0.05, 0.4 * rate)]
+        top = float(np.quantile(np.abs(np.concatenate(commands)), 0.9))
+        limited = replace(model, saturation=Saturation(-0.95 * top, top))
+        outputs = [measured(limited, u, 0.01 / rate, rng).y for u in commands]
+        found = statics(outputs, commands, rate)
+        assert found.lower == pytest.approx(-0.95 * top, rel=0.05)
+        assert found.upper == pytest.approx(top, rel=0.05)
+        seen = measured_response(outputs, commands, rate, found)
+        assert seen is not None
+        answers += covered(seen.linear, limited)
+    assert 0.90 <= share(answers) <= 0.97
 
 
 def test_raw_response_is_smaller_where_limits_are_met(strong: tuple[TwinExperiment, Look]) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from known_axis import commands, known_axis, simulated_records
 
-from bayes_hw.identify.cascade import Structure, simulate, to_coordinates, to_values
+from bayes_hw.identify.cascade import CascadeValues, Structure, simulate, to_coordinates, to_values
 from bayes_hw.identify.cascade_basis import linear_basis, with_linear_solution
 from bayes_hw.identify.cascade_fit import evaluated, solve_linear_part
 from bayes_hw.identify.cascade_roots import linear_block, poles_of, with_poles
@@ -91,3 +91,25 @@ def test_free_responses_are_solved_for() -> None:
     fit = evaluated(structure, values, RECORDS)
     for block, residual, record in zip(basis, fit.residuals, RECORDS, strict=True):
         np.testing.assert_allclose(record.y - residual, weights @ block, atol=1e-9)
+
+
+@pytest.mark.parametrize(("a1", "a2"), [(0.0, -1.0), (2.0, 1.0), (1.9, 0.999999999999), (1.0, 0.5)])
+def test_a_section_at_the_corner_of_stability_is_a_stable_block(a1: float, a2: float) -> None:
+    """Poles at 1 and -1 beside the integrator; what a section answers changes by no more than rounding."""
+    structure = Structure(0, True, 1, 1)
+    values = CascadeValues(
+        -1.0,
+        1.0,
+        0.0,
+        0.0,
+        0.5,
+        np.array([[1.0], [1e-9]]),
+        np.array([[a1], [a2], [1e-3], [2e-3]]),
+        np.zeros((0, structure.order)),
+    )
+    block = linear_block(structure, values)
+    block.check_stable()
+    f = np.linspace(0.03, 0.4, 20)
+    z = np.exp(2j * np.pi * f)
+    truth = 0.5 / (z - 1) + 1e-9 / (z - 1) + (1e-3 * z + 2e-3) / (z * z - a1 * z + a2)
+    np.testing.assert_allclose(block.frequency_response(f, 1.0), truth, rtol=1e-6)

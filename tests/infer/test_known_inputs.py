@@ -135,3 +135,15 @@ def test_prediction_follows_the_column(small_axis: HammersteinWiener) -> None:
     assert list(posterior.reported).index("known.wind.lag_s") < list(posterior.reported).index("noise.sigma")
     with pytest.raises(InputError, match="wind"):
         predict(posterior, replace(record, known={}), np.random.default_rng(1))
+
+
+@pytest.mark.parametrize(
+    ("through", "gain", "turns"),
+    [(2.0, 2.0, 0.0), (-3j, 3.0, 0.25), (3j, -3.0, 0.25), (-1.0, -1.0, 0.0), (np.exp(-1j), 1.0, 0.5 / np.pi)],
+)
+def test_springs_and_integrators_keep_their_sign(through: complex, gain: float, turns: float) -> None:
+    """A torque that an integrator takes lags by a quarter of a turn, in whatever noise; it does not lead."""
+    for turn in np.random.default_rng(4).uniform(-0.1, 0.1, 50):
+        found, lag = polar(complex(through) * np.exp(2j * np.pi * turn), CYCLES, 3.0)
+        assert found == pytest.approx(gain)
+        assert lag == pytest.approx(3.0 + (turns - turn) / CYCLES)

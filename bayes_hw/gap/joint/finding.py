@@ -8,6 +8,8 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
 from bayes_hw.phrases import listed
+from bayes_hw.record import Record
+from bayes_hw.record_checks import unrelated
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization")
 """Labels whose effect no simulation follows."""
@@ -47,10 +49,20 @@ def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
     return f"{said} With {them} in the model, {size} of the avoidable error is gone on {held_out}, held out."
 
 
+def unfollowed(records: Sequence[Record]) -> str:
+    """What is to be said where no record follows its command, or nothing."""
+    if any(unrelated(r.u, r.y, r.sample_rate_hz) is None for r in records):
+        return ""
+    return (
+        "The output does not follow its command: these records tell nothing of the axis, nor of what its "
+        "model lacks."
+    )
+
+
 def axis_words(base: Mapping[str, Estimate]) -> str:
     """Limits and resonances of the axis: the beginning of a sentence."""
     sides = [base[n] for n in ("saturation.lower", "saturation.upper") if n in base]
-    limits = [e for e in sides if e.sd < WELL_KNOWN * abs(e.mean)]
+    limits = [e for e in sides if 0 < e.sd < WELL_KNOWN * abs(e.mean)]
     parts = []
     if sides and not limits:
         parts.append("reaches no limit in these records")

@@ -30,7 +30,7 @@ from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, rivals_of
 from bayes_hw.gap.joint.decision.known_verdict import known_verdict
-from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.finding import sentence, unfollowed
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.fit.structure_moves import widened
@@ -97,6 +97,8 @@ class JointDiagnosis:
 
     def sentence(self) -> str:
         """What the axis does, what its model lacks and how sure that is."""
+        if nothing := unfollowed(self.train):
+            return nothing
         follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
         said = sentence(self.verdict, bool(self.found.fit.labels), self.holdout[0].name)
         return f"{follows} {said}".strip()

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Verdict
-from bayes_hw.gap.joint.finding import sentence
+from bayes_hw.gap.joint.finding import sentence, unfollowed
+from bayes_hw.record import Record
 
 
 def said(closed: float, interval: tuple[float, float]) -> str:
@@ -37,9 +40,20 @@ def test_a_record_that_is_predicted_worse_is_told(
     assert said(closed, interval).endswith(end)
 
 
+<<<<<<< HEAD
 def test_an_explanation_that_the_record_held_out_refutes_is_not_said_to_be_sure() -> None:
     """One sentence, friction named, without the 99 % that the records trained on speak for it."""
     refuted, held = said(-2.3, (-2.4, -2.2)), said(0.8, (0.7, 0.9))
     assert "in doubt" in refuted and "friction" in refuted
     assert refuted.count(".") == 1
     assert "sure" in held and "sure" not in refuted
+=======
+def test_records_that_do_not_follow_tell_nothing() -> None:
+    """A drive that was off; beside a record that follows it is not said of all."""
+    rng = np.random.default_rng(1)
+    u = np.repeat(rng.uniform(-1, 1, 60), 50)
+    off = Record.from_arrays(np.arange(3000) / 50, u, 1e-3 * rng.standard_normal(3000))
+    on = replace(off, y=np.cumsum(u) / 50)
+    assert "does not follow" in unfollowed([off])
+    assert unfollowed([off, on]) == ""
+>>>>>>> first

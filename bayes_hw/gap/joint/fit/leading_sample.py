@@ -26,7 +26,8 @@ LARGEST_NATS = 14.0
 
 def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
     """Means (count,) and covariance (count, count) of samples of the impulse response before the first, the
-    latest first, all coordinates free along."""
+    latest first, all coordinates free along; infinite where the axis never leaves its dead zone, and nothing
+    tells of them."""
     whitener = fit.point.whitener
     rows = list(whitened_blocks(fit.response, fit.point.coordinates, whitener))
     basis, left = outside_of_derivatives(np.concatenate(rows, axis=1))
@@ -37,6 +38,8 @@ def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
     columns = np.concatenate(parts, axis=1)
     columns = columns - (columns @ basis) @ basis.T
     gram = columns @ columns.T
+    if not gram.any():
+        return np.zeros(count), np.full((count, count), np.inf)
     gram += SINGULAR * np.trace(gram) / count * np.eye(count)
     covariance = np.linalg.inv(gram)
     return covariance @ (columns @ left), covariance * float(left @ left) / len(left)

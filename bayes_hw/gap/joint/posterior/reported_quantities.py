@@ -11,7 +11,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_draws, acceleration_of_unit
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.cascade_roots import linear_block, section_poles
 from bayes_hw.identify.resonances import dominant_modes
 from bayes_hw.model.known_input import polar
 from bayes_hw.model.linear import Mode
@@ -19,9 +19,6 @@ from bayes_hw.record import Units
 
 SAME_MODE = 0.25
 """Logarithm of the frequencies of two explanations within which a mode is the same."""
-
-NEVER_SETTLES = 1 - 1e-6
-"""Pole from which a constant torque moves the axis on and on: no displacement is told."""
 
 TORQUES = (K.COULOMB, K.STRIBECK, K.BRISTLE, K.RIPPLE)
 """Laws whose largest value in motion is one."""
@@ -109,16 +106,23 @@ def linear_block_gain(fit: JointFit, values: JointValues) -> float:
     return float(first) if fit.structure.order else float(linear_block(fit.structure, c).gain)
 
 
-def static_gain(effect: Effect, values: JointValues) -> float:
-    """Displacement of w, output units, under a constant unit of the effect's torque."""
+def static_gain(effect: Effect, values: JointValues, samples: int) -> float:
+    """Displacement of w, output units, under a constant unit of the effect's torque, by what settles within
+    `samples`: by the rest it moves the axis on and on."""
     p = effect.ports
     assert p is not None
-    c = values.cascade
-    settling = c.real[0] < NEVER_SETTLES
+    c, slowest = values.cascade, 1 - 1 / samples
+    settling = c.real[0] < slowest
     total = float(p.direct[0] / (1 - p.direct[1]))
     total += float(np.sum(p.real[settling] / (1 - c.real[0, settling])))
-    a1, a2 = c.sections[:2]
-    return total + float(np.sum((p.sections[0] + p.sections[1]) / (1 - a1 + a2)))
+    for (a1, a2), (one, two) in zip(c.sections[:2].T, p.sections.T, strict=True):
+        first, second = section_poles(a1, a2)
+        slow, fast = sorted((first.real, second.real), reverse=True)
+        if first.imag != 0 or slow < slowest:
+            total += float((one + two) / (1 - a1 + a2))
+        elif fast < slowest:
+            total += float((one * fast + two) / (fast - slow) / (1 - fast))
+    return total
 
 
 def gain_and_lag(effect: Effect, values: JointValues, cycles: float) -> tuple[float, float]:
@@ -166,7 +170,7 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
                 name, value = "acceleration", value * rate**2
             found[f"{label}.{name}"] = value
         if effect.ports is not None:
-            found[f"{label}.displacement"] = abs(static_gain(effect, values))
+            found[f"{label}.displacement"] = abs(static_gain(effect, values, fit.response.scale.samples))
     return found
 
 

@@ -37,6 +37,18 @@ def test_an_earlier_sample_is_estimated_with_its_error() -> None:
         assert abs(mean[0] - earlier) < 3.5 * np.sqrt(covariance[0, 0])
 
 
+def test_nothing_tells_of_it_within_the_dead_zone() -> None:
+    """An angle that never leaves the dead zone, as where the drive was off."""
+    hidden = replace(CASCADE, half_width=1e3)
+    records = [record(SIGMA * np.random.default_rng(4).standard_normal(SAMPLES), 4)]
+    response = JointResponse(replace(STRUCTURE, delay_samples=2), (), records, scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(hidden))))
+    assert np.isinf(earlier_samples(fit, 1)[1]).all()
+    drawn = FOUND + 1e-4 * np.random.default_rng(1).standard_normal(100)
+    moved = leading_draws(fit, drawn, np.full(100, 0.02), 1.0, np.random.default_rng(1))
+    assert np.mean(moved == drawn) > 0.9
+
+
 def test_the_draws_go_where_the_evidence_is() -> None:
     rng = np.random.default_rng(1)
     found = FOUND + 1e-4 * rng.standard_normal(1000)
