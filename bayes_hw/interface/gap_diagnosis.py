@@ -142,11 +142,7 @@ def diagnose(
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
         number, labels = threads(jobs), struck(without)
         posing = Case.of_records(simulator.name, simulator, records, held_out)
-<<<<<<< HEAD
-        case, notes = posing.posed(origin=origin, start=start)
-=======
-        case, notes = posed_case(posing, origin=origin, start=start, accepted=accept)
->>>>>>> first
+        case, notes = posing.posed(origin=origin, start=start, accepted=accept)
         warn_of(notes)
         if isinstance(case, Case) and not labels and needs_ports(case.model):
             return GapDiagnosis(diagnose_by_ports(case, rng, start=start))

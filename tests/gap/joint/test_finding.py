@@ -40,14 +40,14 @@ def test_a_record_that_is_predicted_worse_is_told(
     assert said(closed, interval).endswith(end)
 
 
-<<<<<<< HEAD
 def test_an_explanation_that_the_record_held_out_refutes_is_not_said_to_be_sure() -> None:
     """One sentence, friction named, without the 99 % that the records trained on speak for it."""
     refuted, held = said(-2.3, (-2.4, -2.2)), said(0.8, (0.7, 0.9))
     assert "in doubt" in refuted and "friction" in refuted
     assert refuted.count(".") == 1
     assert "sure" in held and "sure" not in refuted
-=======
+
+
 def test_records_that_do_not_follow_tell_nothing() -> None:
     """A drive that was off; beside a record that follows it is not said of all."""
     rng = np.random.default_rng(1)
@@ -56,4 +56,3 @@ def test_records_that_do_not_follow_tell_nothing() -> None:
     on = replace(off, y=np.cumsum(u) / 50)
     assert "does not follow" in unfollowed([off])
     assert unfollowed([off, on]) == ""
->>>>>>> first
