@@ -124,7 +124,7 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
             "give --reverse to count it the other way, or leave it out where it is given",
             "warning",
         )
-    return None if moved.is_moved else unrelated(u, y, rate_hz)
+    return unrelated(u, y, rate_hz)
 
 
 def _is_closer(one: IntegralRegression, other: IntegralRegression) -> bool:
@@ -220,6 +220,8 @@ def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
     """An output whose speed has nothing of the command at any frequency, as where the drive was off."""
     forward = following(u, y, rate_hz)
     if forward is None or len(u) < FEWEST_TO_TELL or forward.gain > 0:
+        return None
+    if integral_regression(u, y, rate_hz).is_moved:
         return None
     return Finding(
         "unrelated",
