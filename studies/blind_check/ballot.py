@@ -75,7 +75,7 @@ def _claim(content: Mapping[str, Any]) -> Claim:
 
 def _remains(content: Mapping[str, Any]) -> Remains:
     left = tuple(ResidualDiagnostic(**item) for item in content["leftovers"])
-    return Remains(**{**content, "leftovers": left})
+    return Remains(**{**content, "leftovers": left, "named": tuple(content["named"])})
 
 
 def ballot_of(diagnosis: Diagnosis, labels: Sequence[str], calibration: Calibration) -> Ballot:

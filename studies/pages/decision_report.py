@@ -43,6 +43,8 @@ MEANING = {
     "bent_share": "share of wind through a bent path that may be left",
     "plain_surprise": "surprise of a function at even odds where all is followed (nats)",
     "plain_size": "its size at even odds there (noise)",
+    "named_block": "probability of the named effect's block at even odds of other",
+    "named_sharpness": "power of a block's surprise in its odds there",
     "block_sharpness": "the same where the probability of a block is stated",
     "left_sharpness": "steepness of the odds of other",
     "floor": "least doubt",

@@ -12,16 +12,13 @@ from blind_check.calibrate import BY_HAND, HELD
 from bayes_hw.gap.answer.calibration import Calibration
 
 FITTED = Path(__file__).resolve().parents[2] / "reports" / "19_decision_constants"
-GONE = {"named_block", "named_sharpness"}
-"""Constants that decide nothing any more (decision 0076)."""
 
 
 def test_the_program_has_what_the_study_adopted() -> None:
     """And those that no ballot of its cases holds are as they were set by hand."""
     results = json.loads((FITTED / "results.json").read_text())
     built_in, by_hand = asdict(Calibration.built_in()), asdict(BY_HAND)
-    adopted = {name: value for name, value in results["adopted"].items() if name not in GONE}
-    assert {name: built_in[name] for name in adopted} == adopted
+    assert {name: built_in[name] for name in results["adopted"]} == results["adopted"]
     others = set(built_in) - set(results["adopted"])
     assert others <= set(HELD) and all(built_in[name] == by_hand[name] for name in others)
     assert results["gain_left_out"] > 2 * results["gain_standard_error"]

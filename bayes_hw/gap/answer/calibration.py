@@ -22,10 +22,12 @@ class Calibration:
     where the effect itself cannot be followed sample by sample (chaotic motion, repeated or rounded samples),
     `bent_share` of wind through a path that an effect bends; `plain_surprise` and `plain_size` are the same
     of a function where every sample can be followed, which a right explanation leaves nothing of, however
-    large the gap; `block_sharpness` the power of one plus a block's negative log p-value in its odds;
+    large the gap; `named_block` the probability of the named effects' blocks, as functions that name no cause
+    have it, at which "other" is even odds too, odds there being one plus a block's negative log p-value to
+    the power `named_sharpness`; `block_sharpness` the same power where the probability of a block is stated;
     `chaos_predicted` the share of one chaotic effect's evidence at which "other" is even odds if functions of
     command and motion take it; `left_sharpness` how fast the odds change with the logarithms of that
-    evidence and that share; `floor` the least doubt; `pair_ceiling` the largest
+    value, of that probability and of that share; `floor` the least doubt; `pair_ceiling` the largest
     probability of a label in an answer of two, `other_ceiling` that of "other", since a search can have
     missed the cause; `sigma_log_sd` how far a nominal noise may be off, in its logarithm, and
     `largest_penalty` the most that noise unlike it costs an explanation, in log-evidence; `largest_doubt` the
@@ -54,6 +56,8 @@ class Calibration:
     bent_share: float
     plain_surprise: float
     plain_size: float
+    named_block: float
+    named_sharpness: float
     block_sharpness: float
     chaos_predicted: float
     left_sharpness: float

@@ -15,6 +15,7 @@ from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
 from bayes_hw.gap.criticism.block_functions import with_floor
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
+from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, best_of_each, is_far_ahead
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.search.attribute import Attribution
@@ -159,6 +160,7 @@ def remains_of(
         drifts=explanation.drifts,
         excused=far_ahead and explanation.chaotic,
         blocks=with_floor(negative_log_p, is_in_the_scatter(left)),
+        named=blocks_to_check(explanation),
         predicted=_predicted(base, explanation, negative_log_p),
     )
 
@@ -173,6 +175,19 @@ def _predicted(base: Explanation, explanation: Explanation, negative_log_p: Mapp
     if len(explanation.labels) != 1 or not explanation.cannot_be_predicted or not gain > 0:
         return 0.0
     return float(max(negative_log_p.values()) / gain)
+
+
+def blocks_to_check(explanation: Explanation) -> tuple[str, ...]:
+    """Blocks of the effects of an explanation, none where functions that name no cause do not tell them.
+
+    Those were tried on Hammerstein-Wiener axes and the effects that come with the program: one of another
+    package may enter at several blocks. No function of command, motion or slow time takes what is random,
+    gusts, jitter or glitches, nor what only a motion shows that cannot be predicted.
+    """
+    known = LABEL_BLOCKS.keys() >= set(explanation.labels)
+    on_axis = explanation.fit.hypothesis.builder.has_drive_train
+    shown = explanation.cause_of_noise is None and not explanation.cannot_be_predicted
+    return tuple(LABEL_BLOCKS[label] for label in explanation.labels) if known and on_axis and shown else ()
 
 
 def decide(

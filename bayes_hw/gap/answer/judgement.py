@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.criticism.block_functions import FLOOR
 from bayes_hw.gap.criticism.residual_diagnostics import GUSTS, LINE, ResidualDiagnostic
 from bayes_hw.gap.noise.random_cause import ROUNDING
 
@@ -44,9 +45,10 @@ class Remains:
 
     `loose` where the effect itself cannot be followed sample by sample, `drifts` where slow noise is part of
     the explanation, `excused` where what chaotic motion far ahead of all else leaves is no other cause, but
-    for a line in its spectrum: chaos has none. `blocks` is by block the negative log p-value of what
-    functions that name no cause take of the base's gap. `predicted` is, of one effect whose motion is said to
-    be chaotic, what those functions take of its log-evidence over the base.
+    for a line in its spectrum: chaos has none. `blocks` is by block the negative_log_p, in nats, of what
+    functions that name no cause take of the base's gap, `named` the blocks of the effects that explain it,
+    none where that says nothing of them. `predicted` is, of one effect whose motion is said to be chaotic,
+    what those functions take of its log-evidence over the base.
     """
 
     leftovers: tuple[ResidualDiagnostic, ...]
@@ -56,6 +58,7 @@ class Remains:
     drifts: bool = False
     excused: bool = False
     blocks: Mapping[str, float] = field(default_factory=dict)
+    named: tuple[str, ...] = ()
     predicted: float = 0.0
 
     def probability_of_blocks(self, sharpness: float) -> dict[str, float]:
@@ -112,7 +115,8 @@ def choose_labels(
 
 
 def probability_of_other(remains: Remains, calibration: Calibration) -> float:
-    """Odds that what is left is structure, larger than is expected beside the noise, or that what is called
+    """Odds that what is left is structure, larger than is expected beside the noise, that the cause is in a
+    block where nothing that is named enters, every block having the sensor's floor, or that what is called
     chaos follows the command after all.
 
     A small remainder of a wrong explanation is told by a function of small p-value, since right ones that can
@@ -121,6 +125,11 @@ def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     them, less then counts. A free torque in time is what slow noise is itself.
     """
     odds = -math.inf
+    if remains.named:
+        told = replace(remains, blocks={block: max(x, FLOOR) for block, x in remains.blocks.items()})
+        probable = told.probability_of_blocks(calibration.named_sharpness)
+        unlikely = calibration.named_block / max(probable[block] for block in remains.named)
+        odds = calibration.left_sharpness * math.log(unlikely)
     if remains.predicted > 0:
         odds = max(
             odds, calibration.left_sharpness * math.log(remains.predicted / calibration.chaos_predicted)

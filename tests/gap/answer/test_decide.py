@@ -203,6 +203,32 @@ def test_what_even_a_right_explanation_may_leave() -> None:
     assert expected(base, chaotic) == expected(base, rounded) == pytest.approx(CONSTANTS.loose_share * gap)
 
 
+@pytest.mark.parametrize(("labels", "builder", "random", "blocks"), [
+    (("backlash", "command_bias"), AXIS, False, ("drive", "input")), ((), AXIS, False, ()),
+    (("backlash", "wind"), AXIS, True, ()), (("backlash",), OWN_SIMULATOR, False, ()),
+    (("hot_drive",), AXIS, False, ()),
+])  # fmt: skip
+def test_names_are_held_against_blocks_on_axes(
+    labels: tuple[str, ...], builder: Any, random: bool, blocks: tuple[str, ...]
+) -> None:
+    """Not where a random or chaotic one is named, nor of a user's simulator or another package's effect."""
+    stub = Stub(labels, 9, builder=builder, cause_of_noise=random or None)
+    remains = remains_of(Stub((), 0), stub, [], SURPRISES)  # type: ignore[arg-type]
+    assert remains.named == blocks
+    lost = replace(stub, chaotic=True)
+    assert remains_of(Stub((), 0), lost, [], SURPRISES).named == ()  # type: ignore[arg-type]
+    assert max(remains.blocks, key=lambda block: remains.blocks[block]) == "linear"
+
+
+def test_an_effect_elsewhere_than_the_cause_is_not_believed() -> None:
+    """Functions at the linear block take far more than any of the drive, where backlash would enter."""
+    scores = {(): 0.0, ("backlash",): 300.0}
+    stub = Stub(("backlash",), 300, builder=AXIS)
+    for drive, answer in ((4.0, ("other",)), (40.0, ("backlash",))):
+        remains = remains_of(Stub((), 0), stub, [], {**SURPRISES, "drive": drive})  # type: ignore[arg-type]
+        assert decide(stub, scores, remains, LABELS, CONSTANTS).answer == answer  # type: ignore[arg-type]
+
+
 def test_what_functions_take_of_chaos_is_a_share_of_its_evidence() -> None:
     """60 nats of 300; nothing where the motion is predicted or beside a second effect."""
     lost = Stub(("backlash",), 300, chaotic=True)

@@ -16,6 +16,7 @@ from bayes_hw.gap.answer.judgement import (
     judge,
     probability_of_other,
 )
+from bayes_hw.gap.criticism.block_functions import FLOOR
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 
 NOTHING = Remains(())
@@ -108,9 +109,27 @@ def test_a_plain_remainder_needs_no_share_of_the_gap() -> None:
     assert max(other(left, loose=True), other(left, drifts=True), other(replace(left, kind="spread"))) < 0.3
 
 
+def test_a_name_in_a_block_where_nothing_enters_is_not_kept() -> None:
+    """Even odds at the constant, every block having the floor; of two effects the likelier block counts, no
+    name is never unlikely, and little tells no block from another."""
+
+    def other(sensor: float, *named: str) -> float:
+        blocks = {"drive": 3.0, "sensor": sensor, "input": 0.0, "linear": 0.0}
+        return probability_of_other(Remains((), blocks=blocks, named=named), CONSTANTS)
+
+    even = (FLOOR + 1) * (1 / CONSTANTS.named_block - 3) ** 0.5 - 1
+    assert other(even, "drive") == pytest.approx(0.5)
+    assert other(10 * even, "linear") > 0.99
+    assert other(10 * even, "sensor") == other(10 * even, "drive", "sensor") < 0.02
+    assert other(even) == pytest.approx(0, abs=1e-10)
+    assert other(FLOOR, "drive") < other(2 * FLOOR, "drive") < 0.5
+    remains = Remains((), blocks={"drive": 0.0, "sensor": 60.0}, named=("drive",))
+    assert judged(("friction",), {(): 0.0, ("friction",): 25.0}, remains).answer == ("other",)
+
+
 def test_how_sure_a_block_is_stated_changes_no_answer() -> None:
     """Worked by hand: shares of the odds."""
-    remains = Remains((), blocks={"drive": 0.0, "sensor": 2.0, "input": 1.0})
+    remains = Remains((), blocks={"drive": 0.0, "sensor": 2.0, "input": 1.0}, named=("drive",))
     constants = replace(CONSTANTS, block_sharpness=3.0)
     found = judge(("friction",), {(): 0.0, ("friction",): 25.0}, remains, LABELS, constants)
     assert found.blocks == pytest.approx({"drive": 1 / 36, "sensor": 27 / 36, "input": 8 / 36})
