@@ -176,7 +176,8 @@ def diagnose_records(
             sections = sections_of_modes(fit, dominant_sections(fit), wider)
             poorly = poorly_described(decision) or OTHER in decision.answer or fit.observer is not None
             inflation = OF_ROUNDED if poorly else INFLATION
-            posterior = laplace(wider, records[0].units, rng, inflation, sections)
+            doubted = poorly or bool(fit.labels)
+            posterior = laplace(wider, records[0].units, rng, inflation, sections, doubted)
             posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
         else:
             with at_most(within_s):

@@ -39,8 +39,8 @@ TRIES = 20
 CHAOTIC = 1.7
 """Factor on standard deviations where motion is chaotic, so that its torques are held as they are."""
 
-TOLD_NATS = 25.0
-"""That the weights of a mode must be worth over none to be told: as much as a label must."""
+MODE_NUMBERS = 4
+"""Of a mode: each costs half the logarithm of the samples (Schwarz 1978, doi 10.1214/aos/1176344136)."""
 
 EXPLODED = 1e3
 """Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
@@ -65,11 +65,13 @@ def laplace(
     rng: np.random.Generator,
     inflation: float = INFLATION,
     sections: Sequence[int] | None = None,
+    doubted: bool = False,
 ) -> JointPosterior:
     """Draws about the fit, standard deviations times `inflation`; `sections` as `dominant_sections` has them
-    where they are not to be found anew. Of these only modes are reported whose weights the records tell from
-    none: where readings are rounded or held, or an effect is not quite what its form says, G takes up a
-    little of that as a resonance, which is none of the axis and would take the number of one that is."""
+    where they are not to be found anew. Where the fit is `doubted` only modes are reported whose weights the
+    records tell from none: beside readings that are rounded or held, or an effect that is not quite what its
+    form says, G takes up a little as a resonance, which is none of the axis and would take the number of one
+    that is."""
     about, factor = drawn_about(fit)
     chaotic = about is not fit
     if chaotic:
@@ -93,10 +95,11 @@ def laplace(
     sections = dominant_sections(fit) if sections is None else list(sections)
     every = [fit.response.values(x) for x in drawn]
     weights = np.array([one.cascade.sections[2:4] for one in every])
+    asked = 0.5 * MODE_NUMBERS * float(np.log(fit.point.samples)) if doubted else 0.0
     sections = [
         i
         for i in sections
-        if nats_of(fit.values.cascade.sections[2:4, i], weights[:, :, i] / inflation) >= TOLD_NATS
+        if nats_of(fit.values.cascade.sections[2:4, i], weights[:, :, i] / inflation) >= asked
     ]
     for values_at in every:
         for name, value in base_quantities(fit, values_at, sections, rate).items():

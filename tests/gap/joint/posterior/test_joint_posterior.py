@@ -40,7 +40,8 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
 
 
 def test_a_mode_is_reported_where_the_records_tell_its_weights_from_none() -> None:
-    """A light mode beside the axis' own, of next to no weight and of eight deviations."""
+    """A light mode beside the axis' own, of next to no weight and of eight deviations, in a fit that is
+    doubted; in one that is not, growth has asked for as much."""
     rng, records = np.random.default_rng(3), measured((), SAMPLES, (1,))
     reported = {}
     for weight in (1e-6, 2e-3):
@@ -55,8 +56,11 @@ def test_a_mode_is_reported_where_the_records_tell_its_weights_from_none() -> No
         ]
         response = replace(response, records=seen)
         fit = JointFit(response, evaluate(response, response.coordinates(values)))
-        reported[weight] = laplace(fit, Units(), np.random.default_rng(1), sections=[1]).sections
-    assert reported == {1e-6: (), 2e-3: (1,)}
+        for doubted in (True, False):
+            rng = np.random.default_rng(1)
+            found = laplace(fit, Units(), rng, sections=[1], doubted=doubted)
+            reported[weight, doubted] = found.sections
+    assert reported == {(1e-6, True): (), (1e-6, False): (1,), (2e-3, True): (1,), (2e-3, False): (1,)}
 
 
 def test_what_quantities_are_worth_is_half_of_walds_statistic() -> None:
