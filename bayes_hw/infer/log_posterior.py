@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
@@ -35,17 +36,27 @@ from bayes_hw.record import Record
 
 def lagged_sums(residuals: FloatArray, order: int, near: NDArray[np.int64] = NONE) -> LaggedSums:
     """Of residuals (walkers, samples), samples > order: see `bayes_hw.model.kernel.lagged_residual_sums`."""
-    samples = residuals.shape[1]
-    lagged = [
-        np.einsum("wk,wk->w", residuals[:, lag:], residuals[:, : samples - lag]) for lag in range(order + 1)
-    ]
+    walkers, samples = residuals.shape
+    lagged = np.empty((order + 1, walkers))
+    _lagged(residuals, lagged)
     return LaggedSums(
-        np.array(lagged),
+        lagged,
         residuals[:, :order].T,
         residuals[:, samples - order :].T,
         residuals[:, near].T,
         residuals.sum(axis=1)[None],
     )
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def _lagged(residuals, lagged):  # type: ignore[no-untyped-def]
+    for walker in range(residuals.shape[0]):
+        row = residuals[walker]
+        for lag in range(lagged.shape[0]):
+            total = 0.0
+            for k in range(lag, len(row)):
+                total += row[k] * row[k - lag]
+            lagged[lag, walker] = total
 
 
 def robust_sums(
