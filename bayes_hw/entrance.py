@@ -63,7 +63,7 @@ def enter(
     differ; and where command and angle are swapped, of other units than stated, at a rate wrong by ten, or
     of opposite signs. What is `accepted`, by the kinds of `record_checks.Finding`, is not refused, nor are
     RELATIONS where the record follows the model; where the records were `looked_at`, their other findings are
-    known.
+    known. A scale that is doubted is told of the first record, since the others are of the same axis.
     """
     everything = (*records, *holdout)
     check_repeats(records, holdout)
@@ -77,6 +77,7 @@ def enter(
         if model is not None:
             _check_alike(record, model.units, model.sample_rate_hz, "the model", RATE_TOLERANCE)
     warnings: list[str] = []
+    scales: list[str] = []
     for record in everything:
         told = None if model is None or "scale" in accepted else check_response(record, model)
         known = (*accepted, *(RELATIONS if told is not None and told.is_forward else ()))
@@ -84,7 +85,8 @@ def enter(
         if model is not None and looked_at:
             refuse_relation(record, known)
         if told is None and "scale" not in accepted:
-            warnings += check_scale(record)
+            scales += check_scale(record)
+    warnings += scales[:1]
     measures_speed = any(record.measures_speed for record in everything)
     done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
