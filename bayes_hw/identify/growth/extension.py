@@ -70,6 +70,17 @@ def advanced(structure: Structure, values: CascadeValues) -> tuple[Structure, Ca
     return later, replace(values, real=real, sections=sections)
 
 
+def without_real_pole(
+    structure: Structure, values: CascadeValues, number: int
+) -> tuple[Structure, CascadeValues]:
+    """One real pole fewer."""
+    at = int(structure.integrator) + number
+    smaller = replace(structure, real_poles=structure.real_poles - 1)
+    return smaller, replace(
+        values, real=np.delete(values.real, number, axis=1), starts=np.delete(values.starts, at, axis=1)
+    )
+
+
 def without_section(
     structure: Structure, values: CascadeValues, number: int
 ) -> tuple[Structure, CascadeValues]:

@@ -17,7 +17,13 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_basis import linear_basis, with_linear_solution
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import Point, descend, evaluate
-from bayes_hw.identify.growth.extension import repaired, with_real_pole, with_section
+from bayes_hw.identify.growth.extension import (
+    repaired,
+    with_real_pole,
+    with_section,
+    without_real_pole,
+    without_section,
+)
 from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.growth.lowered import clipped, commands
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
@@ -235,7 +241,26 @@ def grow(
         best_order = min(judged, key=lambda n: judged[n].criterion)
         if order >= least_order and order > best_order + PATIENCE:
             break
-    return judged or pool
+    return _with_smaller_ones(judged or pool)
+
+
+def _with_smaller_ones(pool: dict[int, Grown]) -> dict[int, Grown]:
+    """Every order also from those above it, with each of their parts left out: what grew first may stand
+    where larger cascades have found better."""
+    for order in sorted(pool, reverse=True):
+        smaller = without_each_part(pool[order])
+        for size in {item.structure.order for item in smaller} & set(pool):
+            _keep(pool, halved([item for item in smaller if item.structure.order == size]))
+    return pool
+
+
+def without_each_part(item: Grown) -> list[Grown]:
+    """`item` without one of its real poles or sections, for each of them, without any descent."""
+    structure, values = item.structure, item.values
+    fewer = [without_real_pole(structure, values, i) for i in range(structure.real_poles)]
+    fewer += [without_section(structure, values, i) for i in range(structure.sections)]
+    records, most_noise = item.response.records, item.point.most_noise
+    return [Grown.at(*one, records, most_noise) for one in fewer]
 
 
 def extended(current: Grown, candidate: Candidate) -> Grown:

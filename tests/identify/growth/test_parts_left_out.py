@@ -1,0 +1,60 @@
+"""Every part of a cascade is left out in turn, and the order below takes the likeliest of what is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.search import Grown, _with_smaller_ones, without_each_part
+from bayes_hw.record import Record
+
+STRUCTURE = Structure(1, integrator=True, real_poles=1, sections=1)
+VALUES = CascadeValues(
+    -np.inf, np.inf, 0.0, 0.0, 0.05, np.array([[0.7], [0.02]]),
+    np.array([[1.6], [0.9], [0.03], [-0.02]]), np.zeros((0, 4)),
+)  # fmt: skip
+
+
+@pytest.fixture
+def grown() -> Grown:
+    """At the truth, an integrator, a real pole and a mode."""
+    rng = np.random.default_rng(4)
+    u = np.repeat(rng.normal(size=60), 20)
+    silent = Record.from_arrays(np.arange(len(u)) / 20, u, np.zeros(len(u)))
+    response = CascadeResponse(STRUCTURE, [silent])
+    clean = -response.residuals(response.coordinates(VALUES))[0]
+    record = replace(silent, y=clean + 0.001 * rng.normal(size=len(u)))
+    return Grown.at(STRUCTURE, VALUES, [record])
+
+
+def test_each_part_is_left_out_once(grown: Grown) -> None:
+    smaller = without_each_part(grown)
+    assert [(item.structure.real_poles, item.structure.sections) for item in smaller] == [(0, 1), (1, 0)]
+    np.testing.assert_allclose(smaller[0].values.sections, VALUES.sections, rtol=1e-6)
+    np.testing.assert_allclose(smaller[1].values.real, VALUES.real, rtol=1e-6)
+
+
+def test_a_poor_minimum_of_a_smaller_order_is_left(grown: Grown) -> None:
+    """The truth is a mode beside the integrator; growth had stayed where it has no weight."""
+    mode = replace(VALUES, real=np.array([[0.7], [0.0]]))
+    record = grown.response.records[0]
+    noise = 0.001 * np.random.default_rng(5).normal(size=len(record))
+    seen = [replace(record, y=_simulated(mode, record) + noise)]
+    whole = Grown.at(STRUCTURE, mode, seen)
+    poor = Grown.at(
+        replace(STRUCTURE, real_poles=0),
+        replace(mode, real=np.zeros((2, 0)), sections=np.array([[0.1], [0.0], [0.0], [0.0]])),
+        seen,
+    )
+    found = _with_smaller_ones({4: whole, 3: poor})
+    assert found[3].log_likelihood > poor.log_likelihood + 50
+    assert found[3].log_likelihood > whole.log_likelihood - 5
+
+
+def _simulated(values: CascadeValues, record: Record) -> np.ndarray:
+    response = CascadeResponse(STRUCTURE, [replace(record, y=np.zeros(len(record)))])
+    return -response.residuals(response.coordinates(values))[0]
