@@ -124,7 +124,7 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
             "give --reverse to count it the other way, or leave it out where it is given",
             "warning",
         )
-    return unrelated(u, y, rate_hz)
+    return None if moved.is_moved else unrelated(u, y, rate_hz)
 
 
 def _is_closer(one: IntegralRegression, other: IntegralRegression) -> bool:

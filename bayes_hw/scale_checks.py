@@ -93,9 +93,9 @@ def wrong_scale(
     if expected is None or forward is None or relation(u, y, rate_hz) not in ("follows", "inverted"):
         return None
     ratio = forward.gain / expected
-    overall = abs(integral_regression(u, y, rate_hz).gain) / expected
-    guesses = mistakes_of(ratio, rate_hz, clock, units) if mistakes_of(overall, rate_hz) else ""
-    if not guesses:
+    guesses = mistakes_of(ratio, rate_hz, clock, units)
+    overall = abs(integral_regression(u, y, rate_hz).gain) / expected if guesses else ratio
+    if not guesses or not mistakes_of(overall, rate_hz):
         return _doubtful_rate(ratio, rate_hz) if clock == NO_CLOCK else _too_fast(ratio, rate_hz)
     seconds = len(u) / rate_hz
     length = "" if BRIEF_S <= seconds <= LONG_S else f" in a record of {seconds:.3g} s"

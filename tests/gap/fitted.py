@@ -12,6 +12,7 @@ from drive_axis import (
     SIGMA,
     TRAIN,
     W,
+    coloured,
     command,
     drive_axis,
     held,
@@ -35,6 +36,23 @@ SAMPLES = 1200
 def base(samples: int = SAMPLES, records: int = 2) -> Hypothesis:
     """The axis without effects on `records` commands."""
     return hypothesis(AXIS, [command(samples, seed) for seed in range(records)])
+
+
+def noise(correlation: float = 0.3, records: int = 2) -> list[FloatArray]:
+    """First-order noise of the encoder, a record each."""
+    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(records)]
+
+
+def walking(step: float = 0.3 * SIGMA, correlation: float = 0.0) -> list[FloatArray]:
+    """Noise of two records beside a random walk of `step` a sample."""
+    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
+    return [w + e for w, e in zip(steps, noise(correlation), strict=True)]
+
+
+def outputs() -> list[FloatArray]:
+    """What the axis answers at its own parameters."""
+    found = base()
+    return found.simulate(found.builder.axis.nominal)
 
 
 def with_residuals(residuals: list[FloatArray], found: Hypothesis | None = None) -> Fit:

@@ -241,10 +241,10 @@ def grow(
         best_order = min(judged, key=lambda n: judged[n].criterion)
         if order >= least_order and order > best_order + PATIENCE:
             break
-    return _with_smaller_ones(judged or pool)
+    return with_smaller_ones(judged or pool)
 
 
-def _with_smaller_ones(pool: dict[int, Grown]) -> dict[int, Grown]:
+def with_smaller_ones(pool: dict[int, Grown]) -> dict[int, Grown]:
     """Every order also from those above it, with each of their parts left out: what grew first may stand
     where larger cascades have found better."""
     for order in sorted(pool, reverse=True):

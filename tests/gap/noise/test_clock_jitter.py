@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drive_axis import RATE, SIGMA, coloured, white
-from fitted import SAMPLES, base, explained, with_residuals
+from drive_axis import RATE, SIGMA
+from fitted import SAMPLES, explained, noise, outputs, walking, with_residuals
 from scipy.interpolate import CubicSpline
 from test_slow_noise import gusts, seen
 
@@ -19,17 +19,6 @@ from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
-
-RECORDS = 2
-
-
-def noise(correlation: float = 0.3) -> list[FloatArray]:
-    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
-
-
-def outputs() -> list[FloatArray]:
-    found = base()
-    return found.simulate(found.builder.axis.nominal)
 
 
 def untimely(residuals: list[FloatArray], spread: float, seed: int = 6) -> list[FloatArray]:
@@ -63,7 +52,7 @@ def test_clock_jitter_of_vibrations(spread: float) -> None:
 
     clean = vibration(instants)
     residuals = [e + vibration(instants + rng.normal(0, spread, SAMPLES)) - clean for e in noise(0.0)]
-    found = clock_jitter(replace(with_residuals(residuals), simulated=[clean] * RECORDS))
+    found = clock_jitter(replace(with_residuals(residuals), simulated=[clean] * len(residuals)))
     assert found is not None
     assert found.parameters["timing_jitter.clock_sd"][0] == pytest.approx(spread, rel=0.08)
 
@@ -83,11 +72,6 @@ def test_variances_are_those_of_a_shifted_sine() -> None:
 
 
 SPREAD = 0.03
-
-
-def walking(step: float = 0.3 * SIGMA) -> list[FloatArray]:
-    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
-    return [w + coloured(SAMPLES, SIGMA, 0.0, i) for i, w in enumerate(steps)]
 
 
 @pytest.mark.parametrize(

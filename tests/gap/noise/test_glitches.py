@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from drive_axis import SIGMA, coloured, white
-from fitted import SAMPLES, explained, with_residuals
+from fitted import SAMPLES, explained, noise, walking, with_residuals
 from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
@@ -72,13 +72,6 @@ def test_ringing_is_no_glitches() -> None:
     assert not find_glitches([white(2000, 1.0, 9) + burst])[0].any()
 
 
-RECORDS = 2
-
-
-def noise(correlation: float = 0.3) -> list[FloatArray]:
-    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
-
-
 def test_outliers() -> None:
     """Rate and height within three of their own errors; more likely than one noise."""
     rng, residuals = np.random.default_rng(5), noise()
@@ -107,15 +100,10 @@ def spoilt(residuals: list[FloatArray]) -> list[FloatArray]:
     ]
 
 
-def walking(step: float = 0.1 * SIGMA) -> list[FloatArray]:
-    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
-    return [w + coloured(SAMPLES, SIGMA, 0.3, i) for i, w in enumerate(steps)]
-
-
 @pytest.mark.parametrize(
     ("slow", "both", "alone"),
     [
-        (walking(), beside(random_walk, SecondGlitches.of), random_walk),
+        (walking(0.1 * SIGMA, 0.3), beside(random_walk, SecondGlitches.of), random_walk),
         (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondGlitches.of), wind),
     ],
     ids=["walk", "wind"],
@@ -141,7 +129,7 @@ def test_parameters_are_those_without_the_glitches(
 
 
 def test_without_glitches_there_are_not_two() -> None:
-    fit = with_residuals(walking())
+    fit = with_residuals(walking(0.1 * SIGMA, 0.3))
     assert (
         beside(random_walk, SecondGlitches.of)(fit) is None and beside(wind, SecondGlitches.of)(fit) is None
     )

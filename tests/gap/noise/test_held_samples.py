@@ -4,22 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive_axis import SIGMA, coloured
-from fitted import SAMPLES, base, of_records, with_residuals
+from drive_axis import SIGMA
+from fitted import SAMPLES, base, noise, of_records, outputs, with_residuals
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.noise.held_samples import held_samples
-
-RECORDS = 2
-
-
-def noise(correlation: float = 0.3) -> list[FloatArray]:
-    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
-
-
-def outputs() -> list[FloatArray]:
-    found = base()
-    return found.simulate(found.builder.axis.nominal)
 
 
 @pytest.mark.parametrize("share", [0.15, 0.5])

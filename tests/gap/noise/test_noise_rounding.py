@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from drive_axis import SIGMA, coloured, white
-from fitted import AXIS, SAMPLES, base, of_records, with_residuals
+from fitted import AXIS, SAMPLES, base, noise, of_records, outputs, walking, with_residuals
 from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
@@ -20,17 +20,6 @@ from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
 from bayes_hw.gap.simulate.parallel import Each
-
-RECORDS = 2
-
-
-def noise(correlation: float = 0.3) -> list[FloatArray]:
-    return [coloured(SAMPLES, SIGMA, correlation, seed) for seed in range(RECORDS)]
-
-
-def outputs() -> list[FloatArray]:
-    found = base()
-    return found.simulate(found.builder.axis.nominal)
 
 
 @pytest.mark.parametrize("step", [0.01, 0.02])
@@ -71,11 +60,6 @@ def test_a_rounded_display_is_the_mean_of_rounded_noise() -> None:
 
 
 STEP = 4 * SIGMA
-
-
-def walking(step: float = 0.3 * SIGMA) -> list[FloatArray]:
-    steps = [np.cumsum(white(SAMPLES, step, 10 + i)) for i in range(2)]
-    return [w + coloured(SAMPLES, SIGMA, 0.0, i) for i, w in enumerate(steps)]
 
 
 def rounded(residuals: list[FloatArray]) -> Fit:

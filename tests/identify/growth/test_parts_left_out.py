@@ -9,7 +9,7 @@ import pytest
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
-from bayes_hw.identify.growth.search import Grown, _with_smaller_ones, without_each_part
+from bayes_hw.identify.growth.search import Grown, with_smaller_ones, without_each_part
 from bayes_hw.record import Record
 
 STRUCTURE = Structure(1, integrator=True, real_poles=1, sections=1)
@@ -50,7 +50,7 @@ def test_a_poor_minimum_of_a_smaller_order_is_left(grown: Grown) -> None:
         replace(mode, real=np.zeros((2, 0)), sections=np.array([[0.1], [0.0], [0.0], [0.0]])),
         seen,
     )
-    found = _with_smaller_ones({4: whole, 3: poor})
+    found = with_smaller_ones({4: whole, 3: poor})
     assert found[3].log_likelihood > poor.log_likelihood + 50
     assert found[3].log_likelihood > whole.log_likelihood - 5
 

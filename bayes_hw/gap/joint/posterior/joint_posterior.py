@@ -94,13 +94,10 @@ def laplace(
     effects: dict[str, list[float]] = {}
     sections = dominant_sections(fit) if sections is None else list(sections)
     every = [fit.response.values(x) for x in drawn]
-    weights = np.array([one.cascade.sections[2:4] for one in every])
-    asked = 0.5 * MODE_NUMBERS * float(np.log(fit.point.samples)) if doubted else 0.0
-    sections = [
-        i
-        for i in sections
-        if nats_of(fit.values.cascade.sections[2:4, i], weights[:, :, i] / inflation) >= asked
-    ]
+    if doubted:
+        weights = np.array([one.cascade.sections[2:4] for one in every]) / inflation
+        own, asked = fit.values.cascade.sections[2:4], 0.5 * MODE_NUMBERS * np.log(fit.point.samples)
+        sections = [i for i in sections if nats_of(own[:, i], weights[:, :, i]) >= asked]
     for values_at in every:
         for name, value in base_quantities(fit, values_at, sections, rate).items():
             base.setdefault(name, []).append(value)
