@@ -24,7 +24,14 @@ from bayes_hw.identify.growth.delay import (
     with_shorter_delay,
 )
 from bayes_hw.identify.growth.onset import with_free_onset
-from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.search import (
+    Grown,
+    absorbed,
+    grow,
+    likeliest,
+    smallest_cascade,
+    with_smaller_ones,
+)
 from bayes_hw.identify.growth.slow_poles import with_one_integrator, with_slow_poles
 from bayes_hw.identify.linear_output_error import (
     OrderCandidate,
@@ -153,14 +160,19 @@ def cascade_fit(item: Grown) -> CascadeFit:
 def _small(experiment: Experiment, structure: Structure, order: int, told: Callable[[int], None]) -> Grown:
     """A cascade of few poles at the delay that suits it."""
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
-    pool = grow(start, order, told)
+    pool = _every_order(start, order, told)
     found = coarse_delay(pool[max(pool)])
     if not absorbed(pool[max(pool)]):
         return found
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
-    pool = grow(start, order, told)
+    pool = _every_order(start, order, told)
     plain = coarse_delay(pool[max(pool)].under_noise(0).descended())
     return likeliest([found, plain.under_noise(MAX_NOISE_ORDER).descended()])
+
+
+def _every_order(start: Grown, largest_order: int, told: Callable[[int], None]) -> dict[int, Grown]:
+    """Grown from `start`, and fitted from the larger ones too."""
+    return with_smaller_ones(grow(start, largest_order, told))
 
 
 def _grown(
@@ -173,15 +185,15 @@ def _grown(
     under coloured noise, which shows resonances, unless that carries what the axis does there too.
     """
     start = smallest_cascade(experiment.records, structure, experiment.noise_level)
-    pool = list(grow(start, largest_order, told).values())
+    pool = list(_every_order(start, largest_order, told).values())
     if not absorbed(chosen(pool)):
         return pool, []
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
-    plain = list(grow(start, largest_order, told).values())
+    plain = list(_every_order(start, largest_order, told).values())
     pool += plain
     resumed = chosen(plain, True)
     if _simulating(resumed) is resumed:
-        pool += grow(resumed, largest_order, told).values()
+        pool += _every_order(resumed, largest_order, told).values()
     return pool, [resumed]
 
 

@@ -241,7 +241,7 @@ def grow(
         best_order = min(judged, key=lambda n: judged[n].criterion)
         if order >= least_order and order > best_order + PATIENCE:
             break
-    return with_smaller_ones(judged or pool)
+    return judged or pool
 
 
 def with_smaller_ones(pool: dict[int, Grown]) -> dict[int, Grown]:
