@@ -33,7 +33,7 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
         return {1: f"small {start}", 2: f"best {start}"}
 
     monkeypatch.setattr(whole_cascade, "smallest_cascade", smallest)
-    monkeypatch.setattr(whole_cascade, "grow", grow)
+    monkeypatch.setattr(whole_cascade, "_every_order", grow)
     monkeypatch.setattr(whole_cascade, "absorbed", lambda item: hidden and item == "best coloured")
     monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
     monkeypatch.setattr(whole_cascade, "_simulating", lambda item: "another" if carried else item)
