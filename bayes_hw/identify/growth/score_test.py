@@ -36,7 +36,7 @@ class Candidate:
 def candidate_poles() -> FloatArray:
     """Real poles on a grid of time constants, negative ones among them."""
     positive = 1 - 10.0**-REAL_DECADES
-    return np.concatenate([positive, [0.0, -0.4, -0.8]])
+    return np.concatenate([positive, [0.0, -0.4, -0.8, -0.95, -0.99]])
 
 
 def candidate_pairs() -> FloatArray:

@@ -9,7 +9,8 @@ import pytest
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
-from bayes_hw.identify.growth.search import Grown, with_smaller_ones, without_each_part
+from bayes_hw.identify.growth.score_test import best_candidates
+from bayes_hw.identify.growth.search import Grown, extended, with_smaller_ones, without_each_part
 from bayes_hw.record import Record
 
 STRUCTURE = Structure(1, integrator=True, real_poles=1, sections=1)
@@ -53,6 +54,19 @@ def test_a_poor_minimum_of_a_smaller_order_is_left(grown: Grown) -> None:
     found = with_smaller_ones({4: whole, 3: poor})
     assert found[3].log_likelihood > poor.log_likelihood + 50
     assert found[3].log_likelihood > whole.log_likelihood - 5
+
+
+def test_a_pole_that_all_but_alternates_is_promised(grown: Grown) -> None:
+    """A pole at -0.96 acts for 25 samples; one at -0.8 is told from it and promises less."""
+    alternating = replace(VALUES, real=np.array([[-0.96], [0.004]]))
+    record = grown.response.records[0]
+    noise = 0.001 * np.random.default_rng(6).normal(size=len(record))
+    seen = [replace(record, y=_simulated(alternating, record) + noise)]
+    without = without_each_part(Grown.at(STRUCTURE, alternating, seen))[0].descended()
+    (first, *_), _ = best_candidates(without.response, without.point, 1)
+    assert -0.99 < first.a1 < -0.9
+    found = extended(without, first).descended()
+    assert found.log_likelihood > Grown.at(STRUCTURE, alternating, seen).log_likelihood - 1
 
 
 def _simulated(values: CascadeValues, record: Record) -> np.ndarray:
