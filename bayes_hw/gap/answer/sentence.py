@@ -9,6 +9,7 @@ from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.answer.notes import starts_disagree
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
+from bayes_hw.gap.answer.words_of_answer import disagreement
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.words import BLOCK_WORDS, UNSAID, label_words, parameter_words
 from bayes_hw.gap.search.attribute import Attribution
@@ -40,8 +41,9 @@ class Answered(Protocol):
 
 def sentence(diagnosis: Answered) -> str:
     """One or two sentences: how large the gap is, what it is and how sure, how far it shrinks; before them,
-    that it is all in doubt, where starts of the base model disagree."""
-    return DOUBT * starts_disagree(diagnosis.attribution) + _of_the_gap(diagnosis)
+    that it is all in doubt, where starts of the base model or the records held out disagree."""
+    doubt = DOUBT * starts_disagree(diagnosis.attribution) + disagreement(diagnosis.verdict)
+    return doubt + _of_the_gap(diagnosis)
 
 
 def _of_the_gap(diagnosis: Answered) -> str:

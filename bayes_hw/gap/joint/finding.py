@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
-from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
+from bayes_hw.gap.answer.words_of_answer import disagreement, percent, words_of_answer
 from bayes_hw.phrases import listed
 from bayes_hw.record import Record
 from bayes_hw.record_checks import unrelated
@@ -24,8 +24,9 @@ less well."""
 
 def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
     """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts the
-    record `held_out`. `simulated` says whether an effect of the answer is in the simulation."""
-    does = axis_words(verdict.base)
+    record `held_out`; before all that, whether it disagrees. `simulated` says whether an effect of the answer
+    is in the simulation."""
+    does = disagreement(verdict) + axis_words(verdict.base)
     if not verdict.answer:
         return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
     closed = verdict.gap_holdout.closed

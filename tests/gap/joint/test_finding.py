@@ -15,12 +15,13 @@ from bayes_hw.gap.joint.finding import sentence, unfollowed
 from bayes_hw.record import Record
 
 
-def said(closed: float, interval: tuple[float, float]) -> str:
-    """Of friction that closes so much of record c."""
+def said(closed: float, interval: tuple[float, float], fitted: float = 0.01) -> str:
+    """Of friction that closes so much of record c, where its error is 0.01, and `fitted` on the others."""
     verdict = SimpleNamespace(
         answer=("friction",),
         probability={"friction": 0.99},
         base={},
+        gap_train=Closure(0.02, fitted, 0.005, 0.9, (0.8, 1.0)),
         gap_holdout=Closure(0.02, 0.01, 0.005, closed, interval),
     )
     return sentence(cast(Verdict, verdict), simulated=True, held_out="c")
@@ -46,6 +47,13 @@ def test_an_explanation_that_the_record_held_out_refutes_is_not_said_to_be_sure(
     assert "in doubt" in refuted and "friction" in refuted
     assert refuted.count(".") == 1
     assert "sure" in held and "sure" not in refuted
+
+
+def test_a_record_held_out_that_the_answer_fails_on_comes_first() -> None:
+    """Its error is five times that on the records fitted to."""
+    failed = said(0.8, (0.7, 0.9), fitted=0.002)
+    assert failed.startswith("Model and record held out disagree: its error there is 5 times")
+    assert failed.endswith(said(0.8, (0.7, 0.9)))
 
 
 def test_records_that_do_not_follow_tell_nothing() -> None:
