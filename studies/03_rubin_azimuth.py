@@ -32,7 +32,7 @@ def main() -> None:
         [],
         np.random.default_rng(study.seed),
         start="free",
-        settings=SamplerSettings(max_steps=100 if study.quick else 2000),
+        settings=SamplerSettings(max_steps=100) if study.quick else SamplerSettings(),
         jobs=study.jobs,
         progress=study.progress,
     )

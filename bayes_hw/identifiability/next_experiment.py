@@ -280,7 +280,7 @@ def design_experiment(
         circumstances=circumstances,
         candidates=tuple(candidates),
         repeated=repeated,
-        intervals=_intervals(posterior, belief, predicted_widths(belief, winner.gain.covariances)),
+        intervals=_intervals(posterior, belief, predicted_widths(belief, winner.gain.covariances), about),
         outputs=stroke.outputs(winner.u),
     )
 
@@ -290,13 +290,16 @@ def _with_gain(candidate: Candidate, belief: Belief, rows: Sequence[int]) -> Can
     return replace(candidate, score=gain.nats, gain=gain)
 
 
-def _intervals(posterior: Posterior, belief: Belief, widths: FloatArray) -> tuple[PredictedInterval, ...]:
-    """Intervals of the axis's parameters now and after, from `widths` (draws, parameters)."""
+def _intervals(
+    posterior: Posterior, belief: Belief, widths: FloatArray, about: Sequence[str]
+) -> tuple[PredictedInterval, ...]:
+    """Intervals of the axis's parameters now and after, from `widths` (draws, parameters); of the weights of
+    G's poles, which describe it only together, where `about` names them."""
     low, high = np.quantile(widths, [0.1, 0.9], axis=0)
     mean = np.exp(np.mean(np.log(widths), axis=0))
     found = []
     for i, name in enumerate(belief.axis.names):
-        if not name.startswith("start"):
+        if name in about or not (name.startswith("start") or i in belief.axis.weight_rows):
             summary = posterior.summaries[name]
             found.append(
                 PredictedInterval(
