@@ -21,6 +21,8 @@ from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
 DIFFERENCE_STEP = 1e-6
+SETTLED_NATS = 1e-3
+"""A step that gains less of the logarithm of the likelihood of white noise is the last."""
 COORDINATE_LIMIT = 12.0
 """A coordinate may move this far from its start; an insensitive one stops there instead of overflowing."""
 
@@ -169,7 +171,7 @@ def fit_output_error(
         bounds=(centre - COORDINATE_LIMIT, centre + COORDINATE_LIMIT),
         max_nfev=max_evaluations,
         xtol=1e-10,
-        ftol=1e-10,
+        ftol=2 * SETTLED_NATS / sum(len(record) for record in records),
         gtol=1e-10,
     )
     coordinates = np.asarray(solution.x, dtype=np.float64)
