@@ -141,8 +141,8 @@ def _absent(path: Path, table: Table, name: str, role: str) -> InputError:
     without = ", or give --time none --sample-rate RATE" if role == "time" else ""
     if role == "known":
         return InputError(
-            f"{path}: no {table.kind} {name!r}, a known input; it has {shown or 'none'}{more}: record it with "
-            "the command, or give the file that holds it with --join FILE"
+            f"{path}: no {table.kind} {name!r}, a known input; it has {shown or 'none'}{more}: record it "
+            "with the command, or give the file that holds it with --join FILE"
         )
     return InputError(
         f"{path}: no {table.kind} {name!r} for the {role}; it has {shown or 'none'}{more}: "

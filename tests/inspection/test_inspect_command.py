@@ -36,6 +36,7 @@ def commands(out: str) -> list[list[str]]:
     ("encoder,demand,clock_s", (Y, U, T)),
     ("time,target,actual", (T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y)),
     ("t,u,y", (T, U, (359.9 + Y) % 360)),
+    ("t,u,y", (T, U, (0.0002 * np.sin(900 * T) + Y) % 360)),
     ("t,u,y", (np.delete(T, [100, 333]), np.delete(U, [100, 333]), np.delete(Y, [100, 333]))),
 ])  # fmt: skip
 def test_the_command_that_it_prints_reads_the_record(
