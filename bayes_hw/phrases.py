@@ -19,9 +19,14 @@ def log_evidence(gained: float) -> str:
     return f"log evidence {gained:+.0f}"
 
 
+def plainly(value: float, digits: int = 3) -> str:
+    """A number to so many digits that count, without a power of ten: 5604 to two is 5600."""
+    return f"{float(f'{value:.{digits}g}'):.10g}"
+
+
 def in_percent(share: float) -> str:
     """A share in per cent, two digits that count, no exponent: 0.0123 is 1.2 %, 1.36 is 140 %."""
-    return f"{float(f'{100 * share:.2g}'):.10g} %"
+    return f"{plainly(100 * share, 2)} %"
 
 
 def rounded(value: float, sd: float) -> str:
