@@ -20,8 +20,9 @@ MOST_BESIDE = 2
 
 
 def narrow_svg(canvas: Canvas) -> str | None:
-    """The drawing as SVG at NARROW_INCHES; None where it is no wider, and where its panels were placed by hand,
-    as those of a triangle of pairs, which say nothing one below the other. Call within `drawing_settings`.
+    """The drawing as SVG at NARROW_INCHES; None where it is no wider, and where its panels were placed by
+    hand, as those of a triangle of pairs, which say nothing one below the other. Call within
+    `drawing_settings`.
 
     What was drawn is changed: nothing else is to be made of it afterwards.
     """
