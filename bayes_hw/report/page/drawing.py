@@ -157,7 +157,7 @@ def leave_room(axes: Axes) -> None:
     chosen = axes.xaxis.get_major_locator()
     if not isinstance(chosen, AutoLocator):
         return
-    inches = axes.get_position().width * float(axes.figure.get_figwidth())
+    inches = float(axes.get_window_extent().width) / axes.figure.dpi
     size = font_manager.FontProperties(size=mpl.rcParams["xtick.labelsize"]).get_size_in_points()
     characters = 72 * inches / (DIGIT_WIDTH * size)
     axes.xaxis.set_major_locator(MaxNLocator(MOST_CHOSEN, steps=[1, 2, 2.5, 5, 10]))
