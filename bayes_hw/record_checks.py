@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.following import following, relation
 from bayes_hw.integral_regression import IntegralRegression, integral_regression, level_regression
 
@@ -64,8 +64,32 @@ class Finding:
         return f"{self.sentence}; {self.remedy}"
 
 
+def turn_of(y: FloatArray) -> float | None:
+    """The turn at which an angle wraps; None where it does not."""
+    found = _wrap(y)
+    return None if found is None else found[0]
+
+
 def wrapped_angle(y: FloatArray) -> Finding | None:
     """An angle that jumps by a whole turn, and what turn."""
+    found = _wrap(y)
+    if found is None:
+        return None
+    turn, is_jump = found
+    first = int(np.flatnonzero(is_jump)[0]) + 1
+    times = int(is_jump.sum())
+    often = "" if times == 1 else f" ({times} such jumps)"
+    return Finding(
+        "wrapped",
+        f"the angle jumps from {y[first - 1]:.6g} to {y[first]:.6g}{often}: it wraps at {TURNS[turn]}",
+        f"give --unwrap {_turn_text(turn)}",
+        first=first,
+        stop=first + 1,
+    )
+
+
+def _wrap(y: FloatArray) -> tuple[float, BoolArray] | None:
+    """The turn at which an angle wraps, and which of its steps are such jumps."""
     steps = np.diff(y)
     if len(steps) < 3:
         return None
@@ -77,18 +101,9 @@ def wrapped_angle(y: FloatArray) -> Finding | None:
     ordinary = float(sizes[~is_jump].max()) if not is_jump.all() else 0.0
     if ordinary == 0 or jump < WRAP_FACTOR * ordinary or jump < 0.5 * extent:
         return None
-    for turn, said in TURNS.items():
+    for turn in TURNS:
         if abs(jump - turn) <= TURN_TOLERANCE * turn + ordinary and extent <= 1.01 * turn + ordinary:
-            first = int(np.flatnonzero(is_jump)[0]) + 1
-            times = int(is_jump.sum())
-            often = "" if times == 1 else f" ({times} such jumps)"
-            return Finding(
-                "wrapped",
-                f"the angle jumps from {y[first - 1]:.6g} to {y[first]:.6g}{often}: it wraps at {said}",
-                f"give --unwrap {_turn_text(turn)}",
-                first=first,
-                stop=first + 1,
-            )
+            return turn, is_jump
     return None
 
 

@@ -49,6 +49,14 @@ def folder(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFacto
     return place
 
 
+def test_quiet_keeps_the_answer(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What was seen and where the page lies; only the next command is left out."""
+    record, out = str(folder / "run_1.csv"), tmp_path / "out"
+    assert main(["look", record, "--out", str(out), "--quiet"]) == 0
+    said = capsys.readouterr().out
+    assert "shown: " in said and f"page: {out / 'report.html'}" in said and "next: bayes-hw" not in said
+
+
 def test_json_has_the_fixed_keys(folder: Path) -> None:
     found = json.loads((folder / "out" / "look.json").read_text())
     assert found["schema"] == "bayes-hw/look/1"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bayes_hw.phrases import in_percent, listed
+from bayes_hw.phrases import in_percent, listed, plainly
 
 
 @pytest.mark.parametrize(
@@ -18,3 +18,10 @@ def test_a_share_has_two_digits_and_no_exponent(share: float, said: str) -> None
 def test_the_last_of_several_is_joined_by_and() -> None:
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(5604.16, "5600"), (-5604.16, "-5600"), (1.7984, "1.8"), (0.000123, "0.00012")]
+)
+def test_a_number_without_a_power_of_ten(value: float, text: str) -> None:
+    assert plainly(value, 2) == text

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bayes_hw.commands.speech import rounded, say_estimate
+from bayes_hw.commands.speech import say_estimate
+from bayes_hw.phrases import rounded
 
 
 @pytest.mark.parametrize(("value", "sd", "text"), [

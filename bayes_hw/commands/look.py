@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 from itertools import chain
 from pathlib import Path
 
@@ -26,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Look, write, and say what was seen; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import read_records
-    from bayes_hw.commands.next_step import reading_options
+    from bayes_hw.commands.next_step import reading_options, say_next
     from bayes_hw.commands.records import axis_name
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.entrance import check_scale
@@ -42,10 +41,7 @@ def run(parsed: argparse.Namespace) -> None:
             warn(doubt)
     seen = look(records)
     write(seen, out, parsed.title or axis_name(parsed.records))
-    if parsed.quiet:
-        return
     for line in str(seen.advice).splitlines():
         say(line)
     say(f"page: {out / PAGE}")
-    again = [*parsed.records, *reading_options(parsed)]
-    say(f"next: bayes-hw identify {shlex.join(again)} --out model/")
+    say_next(parsed, "identify", *parsed.records, *reading_options(parsed), "--out", "model/")

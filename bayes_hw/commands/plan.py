@@ -89,8 +89,6 @@ def run(parsed: argparse.Namespace) -> None:
         found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
     )
     written = render(page, out)
-    if parsed.quiet:
-        return
     say(f"commands: {out / 'train.csv'}, to play twice, and {out / 'holdout.csv'}, once")
     say_page(page, written)
     say_next(parsed, "look", "train_1.csv", "train_2.csv", "holdout.csv", "--out", "look/")

@@ -68,7 +68,8 @@ def run(parsed: argparse.Namespace) -> None:
     say(f"{out}: {len(record)} samples of {model.name} at the command of {record.name}")
     again = reading_options(parsed)
     if corrected is None:
-        named = ["--train", "TRAIN.csv", "--holdout", parsed.record, *again, "--out", "diagnosis/"]
+        measured = parsed.record if record.has_output else "HOLDOUT.csv"
+        named = ["--train", "TRAIN.csv", "--holdout", measured, *again, "--out", "diagnosis/"]
         say_next(parsed, "diagnose", "--model", parsed.model, *named)
     else:
         folder = ["--posterior", str(Path(parsed.model).parent)]

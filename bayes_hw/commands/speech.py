@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from typing import TYPE_CHECKING
 
+from bayes_hw.phrases import rounded
 from bayes_hw.report.page.typography import visible
 
 if TYPE_CHECKING:
     from bayes_hw.report.page.document import Report
     from bayes_hw.report.page.render import RenderedReport
-
-MOST_DECIMALS = 9
-"""Decimals beyond which a number is written with a power of ten."""
-
-
-def rounded(value: float, sd: float) -> str:
-    """`value` to the decimal place of the second digit of `sd`, its uncertainty."""
-    if not (math.isfinite(value) and math.isfinite(sd) and sd > 0):
-        return f"{value:.6g}"
-    decimals = 1 - int(f"{sd:.1e}".split("e")[1])
-    if decimals > MOST_DECIMALS:
-        magnitude = int(f"{value:.0e}".split("e")[1])
-        return f"{value:.{max(decimals + magnitude, 0)}e}"
-    return f"{round(value, decimals):.{max(decimals, 0)}f}"
 
 
 def say_estimate(

@@ -30,5 +30,4 @@ def run(parsed: argparse.Namespace) -> None:
 
     for name in parsed.files:
         kind = check_file(Path(name), parsed.kind)
-        if not parsed.quiet:
-            say(f"{name}: a valid {kind}")
+        say(f"{name}: a valid {kind}")

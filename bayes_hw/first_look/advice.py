@@ -13,7 +13,7 @@ from bayes_hw.first_look.measures import Measures
 from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.first_look.ripple import Ripple
 from bayes_hw.following import following
-from bayes_hw.phrases import listed
+from bayes_hw.phrases import listed, plainly
 from bayes_hw.quantities import speed_of
 from bayes_hw.record import Record
 
@@ -59,7 +59,7 @@ def advice(measures: Measures) -> Advice:
             cannot.append(f"The {name} limit of the command is not met: it may lie beyond this record.")
         else:
             shows.append(
-                f"The {name} limit, about {limit:.2g} {units.input}: "
+                f"The {name} limit, about {plainly(limit, 2)} {units.input}: "
                 f"{percent(share)} of the samples ask for more."
             )
     if statics.lower is None or statics.upper is None:

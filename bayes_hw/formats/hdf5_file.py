@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from itertools import islice
 from pathlib import Path
 
 import h5py
@@ -23,6 +24,8 @@ MOST_BYTES = 256 * 2**20
 """Largest size of one data set, or of one of its chunks, inflated, in bytes."""
 
 MOST_NAMES = 200
+DEEPEST = 4
+"""Groups within groups whose data sets are listed."""
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MATLAB_BLOCK = 512
 """Bytes before the HDF5 part of a MATLAB file of version 7.3."""
@@ -174,14 +177,18 @@ def _vector(path: Path, name: str, dataset: h5py.Dataset, most_rows: int, *, is_
 
 
 def _names(file: h5py.File) -> tuple[str, ...]:
-    """Names at the top of the file and one group down, at most MOST_NAMES."""
+    """Names at the top of the file and up to DEEPEST groups down, at most MOST_NAMES."""
+    return tuple(_names_within(file, DEEPEST))
+
+
+def _names_within(group: h5py.Group, depth: int) -> list[str]:
     found: list[str] = []
-    for name in file:
-        if len(found) >= MOST_NAMES:
-            break
-        inner = file.get(name) if isinstance(file.get(name, getlink=True), h5py.HardLink) else None
-        if isinstance(inner, h5py.Group):
-            found += [f"{name}.{part}" for part, _ in zip(inner, range(MOST_NAMES), strict=False)]
+    for name in islice(group, MOST_NAMES):
+        inner = group.get(name) if isinstance(group.get(name, getlink=True), h5py.HardLink) else None
+        if isinstance(inner, h5py.Group) and depth:
+            found += [f"{name}.{part}" for part in _names_within(inner, depth - 1)]
         else:
             found.append(name)
-    return tuple(found)
+        if len(found) >= MOST_NAMES:
+            return found[:MOST_NAMES]
+    return found

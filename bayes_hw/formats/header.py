@@ -48,6 +48,8 @@ SUFFIXES = {
 """Endings of names after an underscore, and the units that they state."""
 
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$", re.DOTALL)
+_INDEX = re.compile(r"\w\[\d+\]$")
+"""One of several: `position[0]`."""
 _SLASH = re.compile(r"^([^/]*[^/\s])/(?=(?:[sVAh°]|.*\S{2}.*)$)(\S+)$")
 """A quantity over its unit: `Time/s`, `Rate/(deg/s)`; of one letter, in the case of the unit alone."""
 _SPLITTERS = re.compile(r"^(.*\S)\s*(?:,|:|\s/|\sin\s)\s*(\S+)$")
@@ -79,6 +81,8 @@ def split_name(cell: str) -> tuple[str, str | None]:
     """Name and unit of a header's cell such as `u [deg/s]`, `u (deg/s)`, `u, deg/s`, `u / deg` or
     `u_deg_s`, or `u/deg`."""
     text = cell.strip()
+    if _INDEX.search(text):
+        return text, None
     for pattern in (_BRACKETS, _SPLITTERS, _SLASH):
         match = pattern.match(text)
         if match and match[1].strip() and looks_like_unit(match[2]):

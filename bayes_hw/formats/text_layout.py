@@ -46,6 +46,8 @@ TYPES = frozenset(
 MINUS = "\u2212"
 COMMENTS = ("#", "%", "//", "!")
 
+RULE = re.compile(r"\s*[|+]-[-+|:= ]*\s*")
+"""A line drawn below the names of a table."""
 NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][+-]?[0-9]+)?\s*", re.ASCII)
 COMMA_NUMBER = re.compile(r"\s*[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?\s*", re.ASCII)
 STAMP = re.compile(
@@ -87,6 +89,8 @@ def cells_of(line: str, separator: str) -> list[str]:
     line = line.replace(MINUS, "-")
     if separator == " ":
         return _DATE_AND_TIME.sub(r"\1T", line).split()
+    if separator == "|" and (framed := line.strip()).startswith("|") and framed.endswith("|"):
+        line = framed[1:-1]
     return [
         cell.strip()
         for cell in next(
@@ -143,7 +147,7 @@ def _decoded(path: Path, head: bytes, whole: bool) -> tuple[str, str]:
 
 
 def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
-    filled = [i for i, line in enumerate(lines) if line.strip()]
+    filled = [i for i, line in enumerate(lines) if line.strip() and not RULE.fullmatch(line)]
     if not filled:
         raise InputError(f"{path}: row 1 is blank; put the column names there, such as t,u,y")
     tail = [lines[i] for i in filled[-TAIL_LINES:] if not lines[i].lstrip().startswith(COMMENTS)]

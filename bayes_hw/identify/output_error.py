@@ -10,17 +10,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.optimize import least_squares
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.holes import whitened_over_holes, with_holes
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.kernel import simulate_batch
-from bayes_hw.model.known_input import TORQUE, behind_known
+from bayes_hw.model.kernel import KnownSignals, simulate_batch
 from bayes_hw.model.parameters import as_coordinates, as_values
 from bayes_hw.record import Record
 
 DIFFERENCE_STEP = 1e-6
+SETTLED_NATS = 1e-3
+"""A step that gains less of the logarithm of the likelihood of white noise is the last."""
 COORDINATE_LIMIT = 12.0
 """A coordinate may move this far from its start; an insensitive one stops there instead of overflowing."""
 
@@ -62,48 +64,25 @@ def simulated_outputs(
     axis: AxisParameters,
     values: FloatArray,
     records: Sequence[Record],
-    signals: Sequence[Sequence[FloatArray]] | None = None,
+    signals: Sequence[KnownSignals] | None = None,
 ) -> list[FloatArray]:
     """y of every record for each column of `values` (parameters, walkers): arrays (walkers, samples).
 
     `signals` are the `known_signals` of the records, where they were computed before.
     """
     outputs = []
-    signals = [known_signals(axis, record) for record in records] if signals is None else signals
+    signals = known_signals(axis, records) if signals is None else signals
     for number, record in enumerate(records):
         form = axis.modal_form(values, number)
         before = 0.0 if axis.start_positions is None else float(record.u[0])
-        found = simulate_batch(form, record.u, axis.model.linear.delay_samples, before)
-        known = signals[number]
-        outputs.append(with_known(axis, values, known, found.w) if known else found.y)
+        delay = axis.model.linear.delay_samples
+        outputs.append(simulate_batch(form, record.u, delay, before, signals[number]).y)
     return outputs
 
 
-def known_signals(axis: AxisParameters, record: Record) -> list[FloatArray]:
-    """What a unit of each coefficient of every known input of the model adds, (n, samples) each. Raises
-    InputError where the record lacks one."""
-    return [one.signals(record.known, len(record)) for one in axis.model.known]
-
-
-def with_known(
-    axis: AxisParameters, values: FloatArray, known: Sequence[FloatArray], w: FloatArray
-) -> FloatArray:
-    """y (walkers, samples) with the known inputs, whose signals are `known`, of w (walkers, samples) without
-    them."""
-    rows = np.concatenate([np.arange(len(values))[one] for one in axis.known_rows])
-    through = np.concatenate(
-        [np.full(len(s), one.way == TORQUE) for one, s in zip(axis.model.known, known, strict=True)]
-    )
-    gains = axis.model.normalization
-    return behind_known(
-        w,
-        np.ascontiguousarray(values[rows].T),
-        np.concatenate(list(known)),
-        through,
-        values[2],
-        gains.c2,
-        gains.c3,
-    )
+def known_signals(axis: AxisParameters, records: Sequence[Record]) -> list[KnownSignals]:
+    """Of the known inputs of the model under every record. Raises InputError where one lacks a column."""
+    return [axis.known_signals(record.known, len(record)) for record in records]
 
 
 def whitened(
@@ -114,19 +93,28 @@ def whitened(
     Where samples were not `measured` (samples,), theirs are zero, and those behind them the innovations given
     what was measured, over the ratio of their standard deviation to that of the others.
     """
-    innovations = residuals.copy()
-    for lag, coefficient in enumerate(autoregression, start=1):
-        innovations[..., lag:] -= coefficient * residuals[..., :-lag]
-    if measured is None:
-        return innovations
     order, samples = len(autoregression), residuals.shape[-1]
+    rows = np.ascontiguousarray(residuals).reshape(-1, samples)
+    result = rows.copy()
+    _whiten(rows, autoregression, result)
+    if measured is None:
+        return result.reshape(residuals.shape)
     predictors = np.zeros((order + 1, max(order, 1)))
     for known in range(1, order + 1):
         predictors[known, :known] = autoregression[:known]
-    rows = np.ascontiguousarray(residuals).reshape(-1, samples)
-    result = np.ascontiguousarray(innovations).reshape(-1, samples)
     whitened_over_holes(rows, measured, predictors, np.ones(order + 1), result)
     return result.reshape(residuals.shape)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _whiten(rows, autoregression, result):  # type: ignore[no-untyped-def]
+    """Take from `result` (n, samples) what the autoregression (p,) predicts of `rows` (n, samples)."""
+    for number in range(len(rows)):
+        row, own = rows[number], result[number]
+        for lag in range(1, len(autoregression) + 1):
+            coefficient = autoregression[lag - 1]
+            for k in range(lag, len(row)):
+                own[k] -= coefficient * row[k - lag]
 
 
 def fit_output_error(
@@ -150,7 +138,7 @@ def fit_output_error(
     centre = as_coordinates(parameters, start)
     prior_mean, prior_sd = prior_scale(axis)
     levels = [_level(axis, record, coefficients) for record in records]
-    signals = [known_signals(axis, record) for record in records]
+    signals = known_signals(axis, records)
 
     def weighted(coordinates: FloatArray) -> FloatArray:
         outputs = simulated_outputs(axis, as_values(parameters, coordinates), records, signals)
@@ -160,7 +148,10 @@ def fit_output_error(
         ]
         if prior:
             parts.append(((coordinates - prior_mean[:, None]) / prior_sd[:, None]).T)
-        return np.nan_to_num(np.concatenate(parts, axis=1), copy=False, nan=1e6, posinf=1e6, neginf=-1e6)
+        rows = np.concatenate(parts, axis=1)
+        if not np.isfinite(rows).all():
+            np.nan_to_num(rows, copy=False, nan=1e6, posinf=1e6, neginf=-1e6)
+        return rows
 
     def residual(coordinates: FloatArray) -> FloatArray:
         return weighted(coordinates[:, None])[0]
@@ -180,7 +171,7 @@ def fit_output_error(
         bounds=(centre - COORDINATE_LIMIT, centre + COORDINATE_LIMIT),
         max_nfev=max_evaluations,
         xtol=1e-10,
-        ftol=1e-10,
+        ftol=2 * SETTLED_NATS / sum(len(record) for record in records),
         gtol=1e-10,
     )
     coordinates = np.asarray(solution.x, dtype=np.float64)

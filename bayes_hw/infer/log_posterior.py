@@ -13,13 +13,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
-from bayes_hw.identify.output_error import known_signals, with_known
+from bayes_hw.identify.output_error import known_signals
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -28,50 +26,10 @@ from bayes_hw.infer.noise import (
     robust_precision,
 )
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.kernel import NONE, LaggedSums, lagged_residual_sums, simulate_batch
+from bayes_hw.model.kernel import NONE, LaggedSums, lagged_residual_sums
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
-from bayes_hw.model.robust_kernel import RobustSums, robust_residual_sums
+from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
-
-
-def lagged_sums(residuals: FloatArray, order: int, near: NDArray[np.int64] = NONE) -> LaggedSums:
-    """Of residuals (walkers, samples), samples > order: see `bayes_hw.model.kernel.lagged_residual_sums`."""
-    walkers, samples = residuals.shape
-    lagged = np.empty((order + 1, walkers))
-    _lagged(residuals, lagged)
-    return LaggedSums(
-        lagged,
-        residuals[:, :order].T,
-        residuals[:, samples - order :].T,
-        residuals[:, near].T,
-        residuals.sum(axis=1)[None],
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def _lagged(residuals, lagged):  # type: ignore[no-untyped-def]
-    for walker in range(residuals.shape[0]):
-        row = residuals[walker]
-        for lag in range(lagged.shape[0]):
-            total = 0.0
-            for k in range(lag, len(row)):
-                total += row[k] * row[k - lag]
-            lagged[lag, walker] = total
-
-
-def robust_sums(
-    residuals: FloatArray,
-    autoregression: FloatArray,
-    precision: FloatArray,
-    near: NDArray[np.int64] = NONE,
-) -> RobustSums:
-    """Of residuals (walkers, samples): see `bayes_hw.model.robust_kernel.robust_residual_sums`."""
-    order, samples = len(autoregression), residuals.shape[1]
-    innovations = residuals[:, order:].copy()
-    for lag, coefficients in enumerate(autoregression, start=1):
-        innovations -= coefficients[:, None] * residuals[:, order - lag : samples - lag]
-    logarithms = np.sum(np.log1p(precision[:, None] * innovations**2), axis=1)
-    return RobustSums(logarithms, residuals[:, :order].T, residuals[:, near].T)
 
 
 def shifted(sums: LaggedSums, samples: int, level: FloatArray) -> LaggedSums:
@@ -134,7 +92,7 @@ class LogPosterior:
         self.student_t = is_student_t(noise)
         self.non_finite = 0
         self._vector = ParameterVector(self.parameters)
-        self._known = [known_signals(axis, record) for record in records]
+        self._known = known_signals(axis, records)
         self._holes = [
             None if record.measured is None else Holes.of(record.measured, self.order) for record in records
         ]
@@ -174,14 +132,6 @@ class LogPosterior:
         result[broken] = -np.inf
         return result
 
-    def _outputs(self, values: FloatArray, number: int) -> FloatArray:
-        """y (walkers, samples) of one record under values (parameters, walkers) of the axis."""
-        record = self.records[number]
-        form = self.axis.modal_form(values, number)
-        before = 0.0 if self.axis.start_positions is None else float(record.u[0])
-        w = simulate_batch(form, record.u, self.axis.model.linear.delay_samples, before).w
-        return with_known(self.axis, values, self._known[number], w)
-
     def log_likelihood(self, values: FloatArray) -> FloatArray:
         """Log-likelihood (walkers,) of values (parameters, walkers) of all records, times the power."""
         n_axis = len(self.axis.parameters)
@@ -194,22 +144,14 @@ class LogPosterior:
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
             holes = self._holes[number]
             near = NONE if holes is None else holes.near
-            residuals = None
-            if self.axis.model.known:
-                residuals = record.y - self._outputs(values[:n_axis], number)
+            signals = self._known[number]
             if self.student_t:
                 degrees = values[-1]
                 noise = autoregression_from_partial(partial), robust_precision(sigma, partial, degrees)
-                if residuals is not None:
-                    robust = robust_sums(residuals, *noise, near)
-                else:
-                    robust = robust_residual_sums(form, record.u, record.y, delay, *noise, before, near)
+                robust = robust_residual_sums(form, record.u, record.y, delay, *noise, before, near, signals)
                 total += robust_log_likelihood(robust, len(record), sigma, partial, degrees, holes)
                 continue
-            if residuals is not None:
-                sums = lagged_sums(residuals, self.order, near)
-            else:
-                sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near)
+            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near, signals)
             total += self.of_sums(sums, number, sigma, partial)
         return self.power * total
 

@@ -9,7 +9,6 @@ import numpy as np
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.infer.convergence import autocorrelation_time
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.start_state import with_start_state
@@ -189,7 +188,6 @@ def _simulated(axis: AxisParameters, draws: FloatArray, record: Record) -> Itera
         before = float(record.u[0])
         if record.has_output:
             axis, values = with_start_state(axis, draws, record)
-    if axis.model.known:
-        yield 0, simulated_outputs(axis, values, [record])[0]
-        return
-    yield from simulated_blocks(axis.modal_form(values, 0), record.u, axis.model.linear.delay_samples, before)
+    signals = axis.known_signals(record.known, len(record))
+    form, delay = axis.modal_form(values, 0), axis.model.linear.delay_samples
+    yield from simulated_blocks(form, record.u, delay, before, signals)

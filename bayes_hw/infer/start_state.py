@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.output_error import simulated_outputs
 from bayes_hw.identify.validation import START_SHARE
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener, Simulation
-from bayes_hw.model.kernel import simulate_batch
+from bayes_hw.model.kernel import KnownSignals, simulate_batch
 from bayes_hw.posing import Start
 from bayes_hw.record import Record
 
@@ -68,11 +67,10 @@ def _improvement(
     trials = np.repeat(values, len(rows) + 1, axis=1)
     for place, row in enumerate(rows, start=1):
         trials[row, place :: len(rows) + 1] += step
-    if axis.model.known:
-        y = simulated_outputs(axis, trials, [record])[0][:, :shown]
-    else:
-        form, delay = axis.modal_form(trials, 0), axis.model.linear.delay_samples
-        y = simulate_batch(form, record.u[:shown], delay, float(record.u[0])).y
+    form, delay = axis.modal_form(trials, 0), axis.model.linear.delay_samples
+    signals = axis.known_signals(record.known, len(record))
+    signals = KnownSignals(np.ascontiguousarray(signals.rows[:, :shown]), signals.through)
+    y = simulate_batch(form, record.u[:shown], delay, float(record.u[0]), signals).y
     outputs = y.reshape(values.shape[1], len(rows) + 1, shown)
     measured = record.measured_samples[:shown]
     found = np.empty((len(rows), values.shape[1]))
@@ -120,5 +118,6 @@ def simulate_from_motion(model: HammersteinWiener, record: Record) -> Simulation
     axis = AxisParameters(model, "conditional", output_scale=scale)
     one, values = with_start_state(axis, axis.nominal[None], record)
     form = one.modal_form(values, 0)
-    found = simulate_batch(form, record.u, model.linear.delay_samples, float(record.u[0]))
+    signals = one.known_signals(record.known, len(record))
+    found = simulate_batch(form, record.u, model.linear.delay_samples, float(record.u[0]), signals)
     return Simulation(model.saturation(record.u), found.w[0], found.y[0])

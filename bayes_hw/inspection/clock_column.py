@@ -44,6 +44,35 @@ def clock_of(table: Table, options: ReadingOptions) -> tuple[Stamps | None, str 
     return None, None, ""
 
 
+def on_one_clock(table: Table, options: ReadingOptions) -> tuple[Table, Stamps | None]:
+    """The columns that have clocks of their own at the stamps of the first of them, and those stamps; as it
+    is, and None, where none has one that increases."""
+    stamps: dict[str, Stamps] = {}
+    for name, column in table.clocks.items():
+        if name in table.values and table.values[name].dtype.kind not in "UO":
+            try:
+                found = read_stamps(column, name, options.time_unit or table.clock_units.get(name))
+            except InputError:
+                continue
+            if _increases(found.seconds) and len(found.seconds) == len(table.values[name]):
+                stamps[name] = found
+    if not stamps:
+        return table, None
+    base = next(iter(stamps.values()))
+    moved = {
+        name: np.interp(base.seconds, own.seconds + _behind(own, base), table.values[name])
+        for name, own in stamps.items()
+    }
+    return replace(table, values={**table.values, **moved}), base
+
+
+def _behind(clock: Stamps, base: Stamps) -> float:
+    """The origin of a clock less that of another, s; none where one of them counts from anything."""
+    if clock.origin_ns is None or base.origin_ns is None:
+        return 0.0
+    return (clock.origin_ns - base.origin_ns) / 1e9
+
+
 def second_clock(table: Table, clock: Stamps, options: ReadingOptions) -> tuple[ReadingOptions, list[str]]:
     """The clock of the output, where one of its own stands before it in the table."""
     names = list(table.values)

@@ -10,37 +10,42 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.formats.header import unit_of
 from bayes_hw.formats.table import Table
 from bayes_hw.inspection.reading_step import lattice
-from bayes_hw.record_checks import wrapped_angle
+from bayes_hw.record_checks import turn_of
 
 MOST_READINGS = 2**17
 
 
 @dataclass(frozen=True)
 class ColumnFacts:
-    """One column: extent, empty cells, step of its readings (None where there is none), unit."""
+    """One column: extent, empty cells, step of its readings and turn at which it wraps (None where there is
+    none), unit."""
 
     name: str
     unit: str | None
     values: FloatArray
     empty: int
     step: float | None
-    wraps: str
+    turn: float | None
+
+    def motion(self, count: int) -> FloatArray:
+        """The first numbers, shape (count,), unwrapped, with straight lines across what was not measured."""
+        shown = filled(self.values[:count])
+        return shown if self.turn is None else np.unwrap(shown, period=self.turn)
 
 
 def column_facts(name: str, table: Table, values: FloatArray) -> ColumnFacts:
     """What the values of a column, numbers or text, say of it."""
     if values.dtype.kind in "UO":
-        return ColumnFacts(name, None, np.zeros(0), len(values), None, "")
+        return ColumnFacts(name, None, np.zeros(0), len(values), None, None)
     numbers = np.asarray(values, dtype=np.float64)
     shown = numbers[np.isfinite(numbers)]
-    wrapped = wrapped_angle(shown) if len(shown) > 3 else None
     return ColumnFacts(
         name,
         table.units.get(name) or unit_of(name),
         numbers,
         len(numbers) - len(shown),
         quantisation_step(shown),
-        "" if wrapped is None else wrapped.remedy,
+        turn_of(shown),
     )
 
 
@@ -64,8 +69,8 @@ def line_of(facts: ColumnFacts) -> str:
         words.append(f"{facts.empty} empty")
     if np.ptp(shown) == 0:
         words.append("constant")
-    if facts.wraps:
-        words.append(f"wraps: {facts.wraps}")
+    if facts.turn is not None:
+        words.append(f"wraps: give --unwrap {facts.turn:.15g}")
     return ", ".join(words)
 
 

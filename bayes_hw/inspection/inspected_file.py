@@ -14,7 +14,14 @@ from bayes_hw.formats.header import is_time_name, quantity_of
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import is_value
-from bayes_hw.inspection.clock_column import clock_of, no_clock, rate_of, rows_of, second_clock
+from bayes_hw.inspection.clock_column import (
+    clock_of,
+    no_clock,
+    on_one_clock,
+    rate_of,
+    rows_of,
+    second_clock,
+)
 from bayes_hw.inspection.column_facts import ColumnFacts, column_facts, filled, line_of
 from bayes_hw.inspection.mends import (
     after_findings,
@@ -55,7 +62,14 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     options = given or ReadingOptions()
     lines = [_extent(path, table), *table.said]
     clock, clock_name, why = clock_of(table, options)
+    own_clocks = False
+    if clock is None or not _of_one_length(table):
+        signals, common = on_one_clock(_signals(path, table), options)
+        if common is not None:
+            table, clock, clock_name, own_clocks = signals, common, None, True
     facts = [column_facts(name, table, table.values[name]) for name in table.values if name != clock_name]
+    if own_clocks and clock is not None:
+        lines.append(f"  every signal has a clock of its own; {clock.said or 'numbers in s'}")
     if clock_name is not None and clock is not None:
         lines.append(f"  {clock_name!r}: the clock ({why}); {clock.said or 'numbers in s'}")
     lines += [line_of(each) for each in facts]
@@ -68,7 +82,8 @@ def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
     if rate is None:
         questions.append(no_clock(table, options))
         return Inspection(tuple(lines), (), tuple(questions))
-    options = replace(options, columns=replace(options.columns, time=clock_name))
+    if not own_clocks:
+        options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = roles_of(facts, rate, options, given or ReadingOptions())
     lines += sentences
     if not questions and options.output_time is None and clock is not None:
@@ -124,8 +139,24 @@ def _whole(path: Path) -> Table:
         return replace(
             first,
             values={name: table.values[name] for name, table in found.items() if name in table.values},
+            clocks={name: clock for table in found.values() for name, clock in table.clocks.items()},
+            clock_units={n: unit for table in found.values() for n, unit in table.clock_units.items()},
             units={name: unit for table in found.values() for name, unit in table.units.items()},
         )
+
+
+def _of_one_length(table: Table) -> bool:
+    return len({len(values) for values in table.values.values()}) < 2
+
+
+def _signals(path: Path, table: Table) -> Table:
+    """The columns that are no stamps, each with the clock that stands beside it, where a file has them."""
+    names = [name for name in table.values if not is_time_name(name)]
+    try:
+        found = read_table(path, names, [], most_rows=MOST_SAMPLES)
+    except InputError:
+        return table
+    return replace(found, names=table.names)
 
 
 def _numbers_in_text(path: Path, table: Table) -> Table:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.following import following, relation
 from bayes_hw.formats.header import split_name
-from bayes_hw.inspection.column_facts import ColumnFacts, filled, moves
+from bayes_hw.inspection.column_facts import ColumnFacts, moves
 from bayes_hw.reading_options import ReadingOptions
 
 MOST_COLUMNS = 24
@@ -125,7 +125,7 @@ def _why_still(facts: ColumnFacts) -> str:
 def _chosen_words(u: ColumnFacts, y: ColumnFacts, rate: float, is_position: bool) -> str:
     """The pair taken, and how far its numbers speak for it."""
     length = min(len(u.values), len(y.values))
-    command, angle = filled(u.values[:length]), filled(y.values[:length])
+    command, angle = u.motion(length), y.motion(length)
     if is_position:
         command, angle = np.diff(command) * rate, angle[:-1]
     found = following(command, angle, rate)
@@ -140,7 +140,7 @@ def _chosen_words(u: ColumnFacts, y: ColumnFacts, rate: float, is_position: bool
 def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:
     """How well `y` follows `u`, by numbers and names, and whether `u` is then a position."""
     length = min(len(u.values), len(y.values))
-    command, angle = filled(u.values[:length]), filled(y.values[:length])
+    command, angle = u.motion(length), y.motion(length)
     names = NAME_BONUS * (_has(u.name, COMMAND_WORDS, "u") + _has(y.name, OUTPUT_WORDS, "y"))
     names -= NAME_BONUS * (_has(u.name, OUTPUT_WORDS, "y") * (1 - _has(u.name, COMMAND_WORDS, "u")))
     names -= NAME_BONUS * _has(y.name, COMMAND_WORDS, "u")

@@ -18,7 +18,7 @@ from bayes_hw.record import Record
 def records_given(records: Record | Sequence[Record], name: str = "records") -> tuple[Record, ...]:
     """One record or several as a tuple; raises InputError where there is none, or anything else."""
     if not isinstance(records, Record) and not _is_list(records):
-        raise InputError(f"{name}: is a {type(records).__name__}; {_made_of(records)}")
+        raise InputError(f"{name}: is of type {type(records).__name__}; {_made_of(records)}")
     given: tuple[Any, ...] = (records,) if isinstance(records, Record) else tuple(records)
     for record in given:
         if not isinstance(record, Record):
@@ -54,7 +54,8 @@ def model_given(model: Any) -> HammersteinWiener:
     """The model; raises InputError where it is none."""
     if not isinstance(model, HammersteinWiener):
         raise InputError(
-            f"model: is a {type(model).__name__}; give a HammersteinWiener, such as identify(records).model"
+            f"model: is of type {type(model).__name__}; give a HammersteinWiener, such as "
+            "identify(records).model"
         )
     return model
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Collection, Iterable, Sequence
 
@@ -15,7 +16,15 @@ from bayes_hw.record import Record
 def warn_of(sentences: Iterable[str]) -> None:
     """Every sentence as a BayesHWWarning that points at the caller's line."""
     for sentence in sentences:
-        warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
+        warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=_frames_within() + 1)
+
+
+def _frames_within() -> int:
+    """How many frames of this package stand between the caller's line and the one that asks."""
+    frame, count = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "bayes_hw":
+        frame, count = frame.f_back, count + 1
+    return count - 1
 
 
 def entered(
@@ -29,6 +38,5 @@ def entered(
 ) -> Posed:
     """`bayes_hw.entrance.enter`, its notes as warnings."""
     found = enter(records, holdout, model=model, start=start, origin=origin, accepted=accept)
-    for sentence in found.notes:
-        warnings.warn(python_words(sentence), BayesHWWarning, stacklevel=3)
+    warn_of(found.notes)
     return found

@@ -23,6 +23,7 @@ from bayes_hw.interface.arguments import generator, model_given, records_given, 
 from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.phrases import rounded
 from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
@@ -93,11 +94,12 @@ class SampledPosterior:
 
     def __str__(self) -> str:
         """One line a parameter: mean, standard deviation, 94 % interval."""
-        rows = [
-            f"{name:26} {row['mean']:12.5g} +- {row['sd']:<9.2g} [{row['hdi94_low']:.5g}, "
-            f"{row['hdi94_high']:.5g}] {row['unit']}".rstrip()
-            for name, row in self.to_dataframe().iterrows()
-        ]
+        rows = []
+        for name, row in self.to_dataframe().iterrows():
+            at, spread, low, high = (
+                rounded(row[key], row["sd"]) for key in ("mean", "sd", "hdi94_low", "hdi94_high")
+            )
+            rows.append(f"{name:26} {at:>12} +- {spread:<9} [{low}, {high}] {row['unit']}".rstrip())
         return "\n".join([repr(self)[1:-1], *rows, *self.warnings])
 
     def _repr_html_(self) -> str:

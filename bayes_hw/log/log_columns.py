@@ -139,6 +139,11 @@ def _absent(path: Path, table: Table, name: str, role: str) -> InputError:
     shown = ", ".join(repr(other[:40]) for other in table.names[:20])
     more = ", ..." if len(table.names) > 20 else ""
     without = ", or give --time none --sample-rate RATE" if role == "time" else ""
+    if role == "known":
+        return InputError(
+            f"{path}: no {table.kind} {name!r}, a known input; it has {shown or 'none'}{more}: record it "
+            "with the command, or give the file that holds it with --join FILE"
+        )
     return InputError(
         f"{path}: no {table.kind} {name!r} for the {role}; it has {shown or 'none'}{more}: "
         f"map one with --{role} NAME{without}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -13,6 +13,8 @@ from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
+from bayes_hw.model.kernel import AT_REST, KnownSignals
+from bayes_hw.model.known_input import TORQUE
 from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode
 from bayes_hw.model.modal import (
     LinearBatch,
@@ -188,6 +190,8 @@ class AxisParameters:
         static[0], static[1], static[3] = values[0], values[1], values[2]
         static[2], static[4], static[5] = gains.c1, gains.c2, gains.c3
         form = modal_form(linear, static)
+        if self.model.known:
+            form = replace(form, known=values[self._known_order])
         if self.start_positions is None:
             return form
         begin = self._n_structure + record * self._states.count
@@ -296,6 +300,27 @@ class AxisParameters:
             first = self._row[f"known.{one.column}.weight1"]
             found.append(slice(first, first + len(one.coefficients)))
         return found
+
+    @cached_property
+    def _through_first(self) -> list[int]:
+        """The known inputs of the model, those through the load first."""
+        return sorted(range(len(self.model.known)), key=lambda i: self.model.known[i].way != TORQUE)
+
+    @cached_property
+    def _known_order(self) -> list[int]:
+        """The rows of the coefficients in the order of the rows of `known_signals`."""
+        every = np.arange(len(self.parameters))
+        return [int(row) for i in self._through_first for row in every[self.known_rows[i]]]
+
+    def known_signals(self, known: Mapping[str, FloatArray], samples: int) -> KnownSignals:
+        """What a unit of each coefficient of the known inputs adds under the columns `known` of a record.
+        Raises InputError where the record lacks one."""
+        if not self.model.known:
+            return AT_REST
+        found = [self.model.known[i] for i in self._through_first]
+        rows = [one.signals(known, samples) for one in found]
+        through = sum(len(part) for one, part in zip(found, rows, strict=True) if one.way == TORQUE)
+        return KnownSignals(np.ascontiguousarray(np.concatenate(rows)), through)
 
     def known_strengths(self, values: FloatArray) -> dict[str, tuple[FloatArray, str]]:
         """Gain and lag of every known input for every column of `values` (parameters, walkers), by name, with

@@ -6,15 +6,16 @@ Every walker is one parameter vector of the cascade y = n(G(z) f(u)) (eq. 4 of t
     v(k)     = min(max(c1 u(k), lower), upper)
     x_i(k+1) = p_i x_i(k) + v(k)                                   for every real pole
     s_m(k)   = v(k) + a1_m s_m(k-1) - a2_m s_m(k-2)                for every pole pair
-    w(k)     = direct v(k) + sum_i r_i x_i(k) + sum_m (b1_m s_m(k-1) + b2_m s_m(k-2))
-    y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0)
+    w(k)     = direct v(k) + sum_i r_i x_i(k) + sum_m (b1_m s_m(k-1) + b2_m s_m(k-2)) + sum_j c_j q_j(k)
+    y(k)     = c2 max(w(k) - delta, 0) + c3 min(w(k) + delta, 0) + sum_l c_l q_l(k)
     e(k)     = y_measured(k) - y(k)
 
-A group of LANES walkers advances together (`bayes_hw.model.lanes`), a short block of samples at a time, four
-real poles or two pole pairs at once with coefficients and states in registers; each block is reduced
-at once to what the caller wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated
-signals. The functions release the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where
-v or w of the block stand, with its state kept between blocks as those of the modes are.
+with q_j and q_l the signals of known inputs, through the load and at the encoder. A group of LANES walkers
+advances together (`bayes_hw.model.lanes`), a short block of samples at a time, four real poles or two pole
+pairs at once with coefficients and states in registers; each block is reduced at once to what the caller
+wants: the lagged sums of e that an AR(p) likelihood needs, or the simulated signals. The functions release
+the GIL. An effect with memory (play, friction, a ramp) enters `_advance` where v or w of the block stand,
+with its state kept between blocks as those of the modes are.
 """
 
 from __future__ import annotations
@@ -69,6 +70,17 @@ class LaggedSums(NamedTuple):
     whole: FloatArray = np.zeros((0, 0))
 
 
+class KnownSignals(NamedTuple):
+    """Signals of known inputs, `rows` (n, samples): the first `through` of them are added to w, the others to
+    the reading, each by the walker's weight in `ModalForm.known`. Without them known inputs rest."""
+
+    rows: FloatArray = np.zeros((0, 0))
+    through: int = 0
+
+
+AT_REST = KnownSignals()
+
+
 class SimulatedSignals(NamedTuple):
     """w and y of every walker, each of shape (walkers, samples); NaN for a walker with a NaN coefficient."""
 
@@ -87,6 +99,7 @@ def lagged_residual_sums(
     order: int,
     before: float = 0.0,
     near: NDArray[np.int64] = NONE,
+    signals: KnownSignals = AT_REST,
 ) -> LaggedSums:
     """Simulate every walker of `form` on the command `u` and reduce the residual from `y`.
 
@@ -98,6 +111,7 @@ def lagged_residual_sums(
     _lagged_residual_sums(
         *_filled_up(form),
         _delayed(u, delay_samples, before),
+        *signals,
         np.ascontiguousarray(y, np.float64),
         order,
         near,
@@ -117,13 +131,17 @@ def lagged_residual_sums(
 
 
 def simulate_batch(
-    form: ModalForm, u: FloatArray, delay_samples: int, before: float = 0.0
+    form: ModalForm,
+    u: FloatArray,
+    delay_samples: int,
+    before: float = 0.0,
+    signals: KnownSignals = AT_REST,
 ) -> SimulatedSignals:
     """Simulate every walker of `form` on the command `u`, shape (samples,)."""
     walkers, samples = form.walkers, len(u)
     w = np.empty((padded_to_lanes(walkers), samples))
     y = np.empty((padded_to_lanes(walkers), samples))
-    _simulate(*_filled_up(form), _delayed(u, delay_samples, before), w, y)
+    _simulate(*_filled_up(form), _delayed(u, delay_samples, before), *signals, w, y)
     undefined = _undefined(form)
     w[:walkers][undefined], y[:walkers][undefined] = np.nan, np.nan
     return SimulatedSignals(w[:walkers], y[:walkers])
@@ -141,14 +159,16 @@ def _delayed(u: FloatArray, delay_samples: int, before: float) -> FloatArray:
     return delayed
 
 
-def _filled_up(form: ModalForm) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Coefficients and initial states of whole groups of lanes, walkers last; the states are copies."""
+def _filled_up(form: ModalForm) -> tuple[FloatArray, ...]:
+    """Coefficients, initial states and weights of known inputs of whole groups of lanes, walkers last; the
+    states are copies."""
     return (
         filled_up(form.static),
         filled_up(form.real),
         filled_up(form.pairs),
         filled_up(form.real_state).copy(),
         filled_up(form.pair_state).copy(),
+        filled_up(form.known),
     )
 
 
@@ -158,6 +178,15 @@ def _three_signals(order):  # type: ignore[no-untyped-def]
     rows = aligned_rows(3 * BLOCK + 2 * GAP + order)
     second, third = BLOCK + GAP, 2 * (BLOCK + GAP)
     return rows[:BLOCK], rows[second : second + BLOCK], rows[third:]
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def _add_known(known, signals, first, last, sign, start, count, rows):  # type: ignore[no-untyped-def]
+    """Add to the block `rows` the signals from `first` to `last`, weighed, times `sign`."""
+    for j in range(first, last):
+        weight = load(known, j) * broadcast(sign)
+        for row in range(count):
+            store(rows, row, load(rows, row) + weight * broadcast(signals[j, start + row]))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -228,12 +257,15 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, order, near, sums):  # type: ignore[no-untyped-def]
+def _lagged_residual_sums(  # type: ignore[no-untyped-def]
+    static, real, pairs, real_state, pair_state, known, u, signals, through, y, order, near, sums
+):
     """Fill sums (3 order + 2 + near, walkers): lagged products, first and last residuals, `near`, the sum."""
     samples, groups = len(u), static.shape[1] // LANES
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
     x, s, total = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(len(sums))
+    weights = aligned_rows(len(known))
     v, w, e = _three_signals(order)
     new = e[order:]
     zero = broadcast(0.0)
@@ -243,6 +275,7 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
         gather(pairs, group, one_pairs)
         gather(real_state, group, x)
         gather(pair_state, group, s)
+        gather(known, group, weights)
         delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
         total[:] = 0.0
         e[:] = 0.0
@@ -251,6 +284,7 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
             stop = min(start + BLOCK, samples)
             count = stop - start
             _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
+            _add_known(weights, signals, 0, through, 1.0, start, count, w)
             squares, whole = load(total, 0), load(total, len(sums) - 1)
             for row in range(count):
                 position = load(w, row)
@@ -259,6 +293,12 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
                 store(new, row, residual)
                 squares = squares + residual * residual
                 whole = whole + residual
+            if through < len(signals):
+                _add_known(weights, signals, through, len(signals), -1.0, start, count, new)
+                squares, whole = load(total, 0), load(total, len(sums) - 1)
+                for row in range(count):
+                    squares = squares + load(new, row) * load(new, row)
+                    whole = whole + load(new, row)
             store(total, 0, squares)
             store(total, len(sums) - 1, whole)
             for lag in range(1, order + 1):
@@ -282,13 +322,15 @@ def _lagged_residual_sums(static, real, pairs, real_state, pair_state, u, y, ord
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # type: ignore[no-untyped-def]
+def _simulate(  # type: ignore[no-untyped-def]
+    static, real, pairs, real_state, pair_state, known, u, signals, through, w_out, y_out
+):
     """Fill w_out and y_out (walkers, samples), and leave the states after the last sample in place of those
     before."""
     samples, groups = len(u), static.shape[1] // LANES
     n_real, n_pairs = real.shape[1], pairs.shape[1]
     one_static, one_real, one_pairs = aligned_rows(7), aligned_rows(2 * n_real), aligned_rows(4 * n_pairs)
-    x, s = aligned_rows(n_real), aligned_rows(2 * n_pairs)
+    x, s, weights = aligned_rows(n_real), aligned_rows(2 * n_pairs), aligned_rows(len(known))
     v, w, y = _three_signals(0)
     zero = broadcast(0.0)
     for group in range(groups):
@@ -297,14 +339,17 @@ def _simulate(static, real, pairs, real_state, pair_state, u, w_out, y_out):  # 
         gather(pairs, group, one_pairs)
         gather(real_state, group, x)
         gather(pair_state, group, s)
+        gather(known, group, weights)
         delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
         for start in range(0, samples, BLOCK):
             stop = min(start + BLOCK, samples)
             _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
+            _add_known(weights, signals, 0, through, 1.0, start, stop - start, w)
             for row in range(stop - start):
                 position = load(w, row)
                 above, below = maximum(position - delta, zero), minimum(position + delta, zero)
                 store(y, row, c2 * above + c3 * below)
+            _add_known(weights, signals, through, len(signals), 1.0, start, stop - start, y)
             for lane in range(LANES):
                 walker = group * LANES + lane
                 for row in range(stop - start):

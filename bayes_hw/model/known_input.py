@@ -13,10 +13,9 @@ from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numba import njit
 from scipy import signal
 
-from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 
 NO_COLUMNS: Mapping[str, FloatArray] = MappingProxyType({})
@@ -221,39 +220,3 @@ class KnownInput:
 
 MOST_POLES, LARGEST_NUMBER = 200, 1e12
 """That a file may hold."""
-
-
-def behind_known(
-    w: FloatArray,
-    coefficients: FloatArray,
-    signals: FloatArray,
-    through: BoolArray,
-    half_width: FloatArray,
-    c2: float,
-    c3: float,
-) -> FloatArray:
-    """y (walkers, samples) of w (walkers, samples) with `signals` (n, samples) added by `coefficients`
-    (walkers, n): to w where `through` (n,), else to the reading; `half_width` (walkers,) of the dead zone."""
-    found, widths = np.empty_like(w), np.ascontiguousarray(half_width)
-    _behind_known(np.ascontiguousarray(w), coefficients, signals, through, widths, c2, c3, found)
-    return found
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _behind_known(  # type: ignore[no-untyped-def]
-    w, coefficients, signals, through, half_width, c2, c3, found
-):
-    for walker in range(w.shape[0]):
-        row = found[walker]
-        row[:] = w[walker]
-        for j in range(signals.shape[0]):
-            if through[j]:
-                for k in range(w.shape[1]):
-                    row[k] += coefficients[walker, j] * signals[j, k]
-        delta = half_width[walker]
-        for k in range(w.shape[1]):
-            row[k] = c2 * max(row[k] - delta, 0.0) + c3 * min(row[k] + delta, 0.0)
-        for j in range(signals.shape[0]):
-            if not through[j]:
-                for k in range(w.shape[1]):
-                    row[k] += coefficients[walker, j] * signals[j, k]

@@ -19,7 +19,7 @@ with LANES walkers advancing together, so that the residues cost little beside a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -121,7 +121,7 @@ class ModalForm:
     `static` has shape (7, walkers): lower, upper, c1, half_width, c2, c3, direct. `real` has shape
     (2, n_real, walkers): pole, residue. `pairs` has shape (4, n_pairs, walkers): a1, a2, b1, b2.
     `real_state` (n_real, walkers) and `pair_state` (2, n_pairs, walkers) are the states before the first
-    sample.
+    sample. `known` (n, walkers) weighs the signals of known inputs.
     """
 
     static: FloatArray
@@ -129,6 +129,7 @@ class ModalForm:
     pairs: FloatArray
     real_state: FloatArray
     pair_state: FloatArray
+    known: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def walkers(self) -> int:

@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.model.kernel import (
+    AT_REST,
     BLOCK,
     C2,
     C3,
     HALF_WIDTH,
     NONE,
+    KnownSignals,
+    _add_known,
     _advance,
     _delayed,
     _filled_up,
@@ -63,6 +66,7 @@ def robust_residual_sums(
     precision: FloatArray,
     before: float = 0.0,
     near: NDArray[np.int64] = NONE,
+    signals: KnownSignals = AT_REST,
 ) -> RobustSums:
     """Simulate every walker on the command `u` (samples,) and reduce its residual from `y` (samples,).
 
@@ -74,6 +78,7 @@ def robust_residual_sums(
     _robust_residual_sums(
         *_filled_up(form),
         _delayed(u, delay_samples, before),
+        *signals,
         np.ascontiguousarray(y, np.float64),
         filled_up(np.concatenate([precision[None], autoregression])),
         near,
@@ -87,7 +92,9 @@ def robust_residual_sums(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noise, near, sums):  # type: ignore[no-untyped-def]
+def _robust_residual_sums(  # type: ignore[no-untyped-def]
+    static, real, pairs, real_state, pair_state, known, u, signals, through, y, noise, near, sums
+):
     """Fill sums (p + 1 + near, walkers); `noise` (p + 1, walkers) holds precision and coefficients."""
     samples, groups, order = len(u), static.shape[1] // LANES, len(noise) - 1
     n_real, n_pairs = real.shape[1], pairs.shape[1]
@@ -99,7 +106,7 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
         aligned_rows(order + BLOCK),
         aligned_rows(len(sums)),
     )
-    terms = aligned_rows(1)
+    terms, weights = aligned_rows(1), aligned_rows(len(known))
     new = e[order:]
     zero, one = broadcast(0.0), broadcast(1.0)
     for group in range(groups):
@@ -109,6 +116,7 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
         gather(real_state, group, x)
         gather(pair_state, group, s)
         gather(noise, group, one_noise)
+        gather(known, group, weights)
         delta, c2, c3 = load(one_static, HALF_WIDTH), load(one_static, C2), load(one_static, C3)
         precision = load(one_noise, 0)
         total[:] = 0.0
@@ -118,10 +126,12 @@ def _robust_residual_sums(static, real, pairs, real_state, pair_state, u, y, noi
             stop = min(start + BLOCK, samples)
             count = stop - start
             _advance(one_static, one_real, one_pairs, x, s, u, start, stop, v, w)
+            _add_known(weights, signals, 0, through, 1.0, start, count, w)
             for row in range(count):
                 position = load(w, row)
                 above, below = maximum(position - delta, zero), minimum(position + delta, zero)
                 store(new, row, broadcast(y[start + row]) - c2 * above - c3 * below)
+            _add_known(weights, signals, through, len(signals), -1.0, start, count, new)
             for k in range(start, min(stop, order)):
                 store(total, 1 + k, load(new, k - start))
             while kept < len(near) and near[kept] < stop:

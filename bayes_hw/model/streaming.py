@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.model.kernel import BLOCK, _delayed, _filled_up, _simulate
+from bayes_hw.model.kernel import AT_REST, BLOCK, KnownSignals, _delayed, _filled_up, _simulate
 from bayes_hw.model.modal import ModalForm
 
 SAMPLES = 128 * BLOCK
@@ -15,7 +15,7 @@ SAMPLES = 128 * BLOCK
 
 
 def simulated_blocks(
-    form: ModalForm, u: FloatArray, delay_samples: int, before: float
+    form: ModalForm, u: FloatArray, delay_samples: int, before: float, signals: KnownSignals = AT_REST
 ) -> Iterator[tuple[int, FloatArray]]:
     """The first sample and y (walkers, at most SAMPLES) of every block of the response to u (samples,).
 
@@ -27,5 +27,6 @@ def simulated_blocks(
     w, y = np.empty((2, filled[0].shape[-1], SAMPLES))
     for begin in range(0, len(u), SAMPLES):
         part = delayed[begin : begin + SAMPLES]
-        _simulate(*filled, part, w, y)
+        shown = np.ascontiguousarray(signals.rows[:, begin : begin + SAMPLES])
+        _simulate(*filled, part, shown, signals.through, w, y)
         yield begin, y[: form.walkers, : len(part)]

@@ -9,13 +9,15 @@ import pytest
 from scipy import integrate
 from simulated_records import measured
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.identify.output_error import fit_output_error
-from bayes_hw.infer.log_posterior import LogPosterior, integrated, lagged_sums, shifted
+from bayes_hw.infer.log_posterior import LogPosterior, integrated, shifted
 from bayes_hw.infer.noise import log_likelihood, noise_parameters
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+from bayes_hw.model.kernel import LaggedSums
 from bayes_hw.model.parameters import as_coordinates
 from bayes_hw.posing import posed
 from bayes_hw.record import Record
@@ -33,10 +35,16 @@ def test_the_integral_is_that_of_quadrature(missing: list[int]) -> None:
     mask[missing] = False
     holes = Holes.of(mask, ORDER) if missing else None
     near = np.zeros(0, dtype=np.int64) if holes is None else holes.near
-    sums = lagged_sums(RESIDUALS[None], ORDER, near)
+
+    def sums_of(e: FloatArray) -> LaggedSums:
+        lagged = np.array([[e[lag:] @ e[: SAMPLES - lag]] for lag in range(ORDER + 1)])
+        ends = e[:ORDER, None], e[SAMPLES - ORDER :, None]
+        return LaggedSums(lagged, *ends, e[near][:, None], np.array([[e.sum()]]))
+
+    sums = sums_of(RESIDUALS)
 
     def at(level: float) -> float:
-        direct = lagged_sums(RESIDUALS[None] - level, ORDER, near)
+        direct = sums_of(RESIDUALS - level)
         moved = shifted(sums, SAMPLES, np.array([level]))
         for one, other in zip(direct, moved, strict=True):
             np.testing.assert_allclose(one, other, atol=1e-10)

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -35,6 +36,7 @@ def commands(out: str) -> list[list[str]]:
     ("encoder,demand,clock_s", (Y, U, T)),
     ("time,target,actual", (T, np.concatenate([[0.0], np.cumsum(U[:-1]) / 20]), Y)),
     ("t,u,y", (T, U, (359.9 + Y) % 360)),
+    ("t,u,y", (T, U, (0.0002 * np.sin(900 * T) + Y) % 360)),
     ("t,u,y", (np.delete(T, [100, 333]), np.delete(U, [100, 333]), np.delete(Y, [100, 333]))),
 ])  # fmt: skip
 def test_the_command_that_it_prints_reads_the_record(
@@ -175,6 +177,64 @@ def test_a_file_that_is_no_text_is_looked_into_too(
     np.testing.assert_allclose(Record.read(convert[-1]).u, U, atol=1e-9)
 
 
+def hdf5_clocks(path: Path) -> Path:
+    """The angle twice as often as the command, its clock begun at another moment."""
+    with h5py.File(path.with_suffix(".h5"), "w") as file:
+        twice = np.arange(2 * len(T) - 40) / 40 + 0.1
+        file["axis/cmd/time"], file["axis/cmd/value"] = 1.773e9 + T, U
+        file["axis/enc/time"], file["axis/enc/value"] = 1.773e9 + twice, np.interp(twice, T, Y)
+    return path.with_suffix(".h5")
+
+
+def tdms_waves(path: Path) -> Path:
+    nptdms = pytest.importorskip("nptdms")
+    wave = {"wf_increment": 0.05}
+    with nptdms.TdmsWriter(path.with_suffix(".tdms")) as writer:
+        writer.write_segment(
+            [nptdms.ChannelObject("az", "cmd", U, wave), nptdms.ChannelObject("az", "enc", Y, wave)]
+        )
+    return path.with_suffix(".tdms")
+
+
+def bag_without_headers(path: Path) -> Path:
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    number, vector = store.types["std_msgs/msg/Float64"], store.types["std_msgs/msg/Float64MultiArray"]
+    layout = store.types["std_msgs/msg/MultiArrayLayout"]([], 0)
+    with rosbag2.Writer(path, version=9) as writer:
+        cmd = writer.add_connection("/cmd", number.__msgtype__, typestore=store)
+        state = writer.add_connection("/state", vector.__msgtype__, typestore=store)
+        for t, u, y in zip(T, U, Y, strict=True):
+            stamp = 1_773_000_000_000_000_000 + round(1e9 * t)
+            writer.write(cmd, stamp, store.serialize_cdr(number(float(u)), number.__msgtype__))
+            message = vector(layout, np.array([float(y), 0.3]))
+            writer.write(state, stamp, store.serialize_cdr(message, vector.__msgtype__))
+    return path
+
+
+@pytest.mark.parametrize("write_log", [hdf5_clocks, tdms_waves, bag_without_headers])
+def test_signals_with_clocks_of_their_own(
+    tmp_path: Path,
+    write_log: Callable[[Path], Path],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = write_log(Path("log"))
+    assert main(["inspect", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "every signal has a clock of its own" in out
+    assert "state[1]', 1" not in out
+    convert, _ = commands(out)
+    assert main([*convert, "--quiet"]) == 0
+    record = Record.read(convert[-1])
+    first = round(record.t[0] * 20)
+    assert len(record) > 1170
+    np.testing.assert_allclose(record.u, U[first : first + len(record)], atol=1e-9)
+    np.testing.assert_allclose(record.y - record.y[0], (Y - Y[first])[first : first + len(record)], atol=2e-3)
+
+
 def sexagesimal(angle: float) -> str:
     minutes = 60 * angle
     return f"{int(angle)}:{int(minutes) % 60:02d}:{60 * (minutes - int(minutes)):08.5f}"
@@ -204,7 +264,13 @@ def in_words(path: Path) -> None:
     path.write_text("t,demand,actual\n" + "\n".join(rows) + "\n")
 
 
-@pytest.mark.parametrize("write_log", [annotated, by_turns, in_words])
+def framed(path: Path) -> None:
+    """As tables of Markdown and of data bases are printed."""
+    rows = [f"| {t:.2f} | {u:.6f} | {100 + y:.6f} |" for t, u, y in zip(T, U, Y, strict=True)]
+    path.write_text("\n".join(["| t | demand | actual |", "|---|---|---|", *rows]) + "\n")
+
+
+@pytest.mark.parametrize("write_log", [annotated, by_turns, in_words, framed])
 def test_logs_of_other_forms_are_looked_into(
     tmp_path: Path,
     write_log: Callable[[Path], None],

@@ -29,10 +29,10 @@ def test_what_is_as_good_as_asked_for() -> None:
 @pytest.mark.parametrize(("arguments", "options", "said"), [
     (([],), {}, "records: is empty"),
     ((["axis.csv"],), {}, "records: holds a str; give Record.read(path)"),
-    (("axis.csv",), {}, "records: is a str; give Record.read(path)"),
-    ((pd.DataFrame({"t": T}),), {}, "records: is a DataFrame; give Record.from_dataframe(table)"),
-    ((T,), {}, "records: is a ndarray; give Record.from_arrays(t, u, y)"),
-    ((7,), {}, "records: is a int; give what Record.read or Record.from_arrays returns"),
+    (("axis.csv",), {}, "records: is of type str; give Record.read(path)"),
+    ((pd.DataFrame({"t": T}),), {}, "records: is of type DataFrame; give Record.from_dataframe(table)"),
+    ((T,), {}, "records: is of type ndarray; give Record.from_arrays(t, u, y)"),
+    ((7,), {}, "records: is of type int; give what Record.read or Record.from_arrays returns"),
     ((RECORD,), {"seed": -1}, "seed: is -1; give a whole number"),
     ((RECORD,), {"seed": 1.5}, "seed: is 1.5"),
     ((RECORD,), {"start": "soon"}, "start='soon': unknown; use one of auto, rest, free"),
@@ -44,7 +44,7 @@ def test_identify_refuses(arguments: tuple[Any, ...], options: dict[str, Any], s
 
 
 @pytest.mark.parametrize(("changes", "said"), [
-    ({"model": 3.0}, "model: is a float; give a HammersteinWiener"),
+    ({"model": 3.0}, "model: is of type float; give a HammersteinWiener"),
     ({"model": "axis.xml"}, "axis.xml: is not there; give `simulator` an MJCF, URDF or FMU file"),
     ({"train": []}, "train: is empty"),
     ({"holdout": [1.0]}, "holdout: holds a float"),
@@ -62,5 +62,5 @@ def test_diagnose_refuses(small_axis: HammersteinWiener, changes: dict[str, Any]
 
 
 def test_sample_refuses_what_is_no_model() -> None:
-    with pytest.raises(InputError, match=r"model: is a Record; give a HammersteinWiener"):
+    with pytest.raises(InputError, match=r"model: is of type Record; give a HammersteinWiener"):
         bayes_hw.sample(RECORD, RECORD)  # type: ignore[arg-type]

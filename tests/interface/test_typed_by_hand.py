@@ -128,6 +128,13 @@ def test_help_shows_the_arguments() -> None:
         assert "origin" in pydoc.render_doc(function)
 
 
+def test_a_warning_points_at_the_callers_line() -> None:
+    """Of what a function three deep in the package has to say."""
+    with pytest.warns(hw.BayesHWWarning) as caught:
+        hw.look(Record.from_arrays(np.arange(1200) / 20, np.tile(U, 6), -np.cumsum(np.tile(U, 6)) / 20))
+    assert {warning.filename for warning in caught} == {__file__}
+
+
 def test_answers_are_short(
     small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

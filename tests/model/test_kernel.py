@@ -17,10 +17,17 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.infer.noise import log_likelihood
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.kernel import _lagged_residual_sums, lagged_residual_sums, simulate_batch
+from bayes_hw.model.kernel import (
+    KnownSignals,
+    _lagged_residual_sums,
+    lagged_residual_sums,
+    simulate_batch,
+)
 from bayes_hw.model.lanes import LANES
 from bayes_hw.model.linear import LinearBlock
 from bayes_hw.model.modal import ModalForm, linear_batch, modal_form
+from bayes_hw.model.robust_kernel import robust_residual_sums
+from bayes_hw.model.streaming import simulated_blocks
 
 TOLERANCE = 1e-11
 
@@ -226,6 +233,33 @@ def test_sums_head_and_tail_of_the_residual(samples: int, order: int) -> None:
     np.testing.assert_allclose(sums.lagged[:, 0], products, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(sums.head[:, 0], e[:order], rtol=0, atol=1e-15)
     np.testing.assert_allclose(sums.tail[:, 0], e[samples - order :], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("samples", [63, 150])
+def test_known_signals_through_the_load_and_at_the_encoder(samples: int) -> None:
+    """Two are added to w before the dead zone, one to the reading behind it, each by the walker's weight, in
+    the signals, in the sums of both likelihoods and block by block."""
+    rng = np.random.default_rng(9)
+    u, y, rows = rng.normal(size=samples), rng.normal(size=samples), rng.normal(size=(3, samples))
+    model = axis(LinearBlock(roots([], []), roots([0.5], [0.6 + 0.3j]), 1.0, 0), 0.2)
+    weights = rng.normal(size=(3, LANES + 3))
+    form = replace(form_of(model, LANES + 3), known=weights)
+    signals = KnownSignals(rows, through=2)
+    w = model.simulate(u).w + weights[:2].T @ rows[:2]
+    output = model.dead_zone(w) + weights[2][:, None] * rows[2]
+    batch = simulate_batch(form, u, 0, signals=signals)
+    np.testing.assert_allclose(batch.w, w, atol=1e-12)
+    np.testing.assert_allclose(batch.y, output, atol=1e-12)
+    np.testing.assert_allclose(next(simulated_blocks(form, u, 0, 0.0, signals))[1], output, atol=1e-12)
+    e = y - output
+    sums = lagged_residual_sums(form, u, y, 0, 1, signals=signals)
+    products = [np.sum(e[:, lag:] * e[:, : samples - lag], axis=1) for lag in range(2)]
+    np.testing.assert_allclose(sums.lagged, products, atol=1e-10)
+    np.testing.assert_allclose(sums.whole[0], e.sum(axis=1), atol=1e-10)
+    ones = np.ones((1, LANES + 3))
+    robust = robust_residual_sums(form, u, y, 0, 0.5 * ones, 2 * ones[0], signals=signals)
+    logarithms = np.log1p(2 * (e[:, 1:] - 0.5 * e[:, :-1]) ** 2).sum(axis=1)
+    np.testing.assert_allclose(robust.logarithms, logarithms, atol=1e-10)
 
 
 def test_compiled_once_and_kept_on_disk() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.answer.words_of_answer import disagreement, percent, words_of_answer
-from bayes_hw.phrases import listed
+from bayes_hw.phrases import listed, plainly
 from bayes_hw.record import Record
 from bayes_hw.record_checks import unrelated
 
@@ -76,4 +76,4 @@ def axis_words(base: Mapping[str, Estimate]) -> str:
 
 
 def _numbers(values: Sequence[float]) -> str:
-    return listed([f"{value:.3g}" for value in values])
+    return listed([plainly(value) for value in values])

@@ -59,7 +59,7 @@ def margin_distributions(loops: Sequence[LoopReport], requirements: Requirements
             if asked:
                 axes.axvline(asked, color=INK, linestyle="--", linewidth=0.9)
             axes.set_xlabel(label)
-            axes.set_xlim(left=0)
+            axes.set_xlim(0, 1.08 * axes.get_xlim()[1])
             axes.grid(False, axis="y")
             axes.locator_params(axis="x", nbins=4)
         first = canvas.axes[0]

@@ -14,7 +14,7 @@ from matplotlib import font_manager
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator, NullFormatter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.report.page import document
@@ -38,6 +38,12 @@ PLAIN_DECADES = (0.9e-3, 1.1e4)
 HISTOGRAM_BINS = 40
 PANEL_CHARACTERS = 19
 """Characters of tick labels for which one of four panels beside each other has room."""
+
+MOST_TICKS = 6
+MOST_CHOSEN = 9
+"""Intervals that matplotlib makes at most of an axis, where there is width for them."""
+DIGIT_WIDTH = 0.64
+"""Of the font, over its size."""
 
 COLUMNS = 400
 """Columns into which a long record is reduced for drawing: about one a printed point."""
@@ -71,6 +77,8 @@ def finished(canvas: Canvas, caption: str, alt_text: str, *, rows_together: int 
 
     A page may end after every `rows_together` rows of panels, nowhere where that is 0.
     """
+    for axes in canvas.axes:
+        leave_room(axes)
     svg = svg_of(canvas)
     width = float(canvas.get_figwidth())
     breaks: tuple[float, ...] = ()
@@ -144,15 +152,34 @@ def plain_log_ticks(axes: Axes, which: str) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+def leave_room(axes: Axes) -> None:
+    """Fewer ticks below `axes`, where matplotlib chose them, if their labels would run into each other."""
+    chosen = axes.xaxis.get_major_locator()
+    if not isinstance(chosen, AutoLocator):
+        return
+    inches = float(axes.get_window_extent().width) / axes.figure.dpi
+    size = font_manager.FontProperties(size=mpl.rcParams["xtick.labelsize"]).get_size_in_points()
+    characters = 72 * inches / (DIGIT_WIDTH * size)
+    axes.xaxis.set_major_locator(MaxNLocator(MOST_CHOSEN, steps=[1, 2, 2.5, 5, 10]))
+    if _has_room(axes, characters):
+        axes.xaxis.set_major_locator(chosen)
+    else:
+        few_ticks(axes, int(characters), MOST_TICKS)
+
+
 def few_ticks(axes: Axes, characters: int, most: int = 3) -> None:
     """As many of `most` ticks below `axes` as have room for their labels, on a side of so many characters."""
     for count in range(most, 0, -1):
         axes.xaxis.set_major_locator(MaxNLocator(count))
-        low, high = axes.get_xlim()
-        shown = [tick for tick in axes.get_xticks() if low <= tick <= high]
-        longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(shown)), default=0)
-        if len(shown) < 2 or (shown[1] - shown[0]) / (high - low) * characters > longest + 1:
+        if _has_room(axes, characters):
             return
+
+
+def _has_room(axes: Axes, characters: float) -> bool:
+    low, high = sorted(axes.get_xlim())
+    shown = [tick for tick in axes.get_xticks() if low <= tick <= high]
+    longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(shown)), default=0)
+    return len(shown) < 2 or (shown[1] - shown[0]) / (high - low) * characters > longest + 1
 
 
 def envelope(

@@ -20,12 +20,14 @@ MOST_BESIDE = 2
 
 
 def narrow_svg(canvas: Canvas) -> str | None:
-    """The drawing as SVG at NARROW_INCHES, None where it is no wider; call within `drawing_settings`.
+    """The drawing as SVG at NARROW_INCHES; None where it is no wider, and where its panels were placed by
+    hand, as those of a triangle of pairs, which say nothing one below the other. Call within
+    `drawing_settings`.
 
     What was drawn is changed: nothing else is to be made of it afterwards.
     """
     width, height = map(float, canvas.get_size_inches())
-    if width <= NARROW_INCHES:
+    if width <= NARROW_INCHES or canvas.get_layout_engine() is None:
         return None
     grid = _grid(canvas)
     canvas.set_size_inches(NARROW_INCHES, height)

@@ -37,7 +37,7 @@ def format_estimate(mean: float, sd: float, unit: str = "") -> str:
     A zero, infinite or missing sd is said in words after three digits of the mean.
     """
     if not _usable(mean, sd):
-        note = "no spread" if sd == 0 else "spread unknown"
+        note = "held" if sd == 0 else "spread unknown"
         return f"{format_number(mean, 3, unit)} ({note})"
     decimals, exponent = _places([mean, sd], sd)
     return _append(

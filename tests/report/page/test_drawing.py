@@ -1,3 +1,5 @@
+import itertools
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from bayes_hw.report.page.drawing import (
     few_ticks,
     finished,
     gaps_between_rows,
+    leave_room,
     new_canvas,
     outline,
     plain_log_ticks,
@@ -128,3 +131,19 @@ def test_rows_that_belong_together_stay_so(together, expected):
 def test_a_figure_has_few_parts(rows, expected):
     """Given as the row after which a page may end: every part costs the whole drawing once more."""
     assert few_of(tuple(range(1, rows))) == expected
+
+
+@pytest.mark.parametrize(("low", "high"), [(-53_000, 23_000), (-6500, 6500), (-2, 2), (0.00012, 0.00047)])
+def test_labels_below_two_panels_do_not_run_into_each_other(low: float, high: float) -> None:
+    """As drawn: the boxes of neighbouring labels lie apart, and two ticks at least are left."""
+    with drawing_settings():
+        canvas = new_canvas(2.0)
+        for axes in canvas.subplots(1, 2):
+            axes.plot([low, high], [0, 1])
+            leave_room(axes)
+        canvas.draw_without_rendering()
+        for axes in canvas.axes:
+            shown = [tick for tick in axes.xaxis.get_major_ticks() if low <= tick.get_loc() <= high]
+            boxes = [tick.label1.get_window_extent() for tick in shown]
+            assert len(boxes) >= 2
+            assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))

@@ -52,6 +52,15 @@ def test_a_drawing_that_is_narrow_enough_is_drawn_once() -> None:
     assert _drawn(1, width=NARROW_INCHES).narrow_svg is None
 
 
+def test_panels_that_were_placed_by_hand_keep_their_places() -> None:
+    """A triangle of pairs stood one below the other, fifty inches high."""
+    with drawing_settings():
+        canvas = new_canvas(6.0, 6.0, automatic_layout=False)
+        for axes in canvas.subplots(8, 8).ravel():
+            axes.plot([0, 1], [2, 3])
+        assert finished(canvas, "caption", "alt").narrow_svg is None
+
+
 def test_a_legend_is_as_wide_as_the_drawing_at_most_and_titles_do_not_meet() -> None:
     with drawing_settings():
         canvas = new_canvas(2.5)

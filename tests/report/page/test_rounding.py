@@ -28,7 +28,7 @@ def spaced(text):
         (4.8281e-6, 3.1e-8, "s", "(4.828 ± 0.031) × 10⁻⁶ s"),
         (2.5e9, 1.2e8, "", "(2.50 ± 0.12) × 10⁹"),
         (-0.0001, 0.5, "", "0.00 ± 0.50"),
-        (1.5, 0.0, "deg", "1.50 deg (no spread)"),
+        (1.5, 0.0, "deg", "1.50 deg (held)"),
         (1.5, math.nan, "deg", "1.50 deg (spread unknown)"),
         (math.nan, 0.1, "", "not known (spread unknown)"),
     ],

@@ -72,9 +72,7 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
         K.BASE_COMMAND: ("speed of the motor", 1.0, command),
         K.BASE_SPEED: ("speed of the load", rate, f"{output}/s"),
         K.BASE_TWIST: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
-        K.BASE_TWIST_RATE: (
-            "speed of the twist, as the change of acceleration that it gives", rate**3, f"{output}/s^3",
-        ),
+        K.BASE_TWIST_RATE: ("speed of the twist, as the jerk that it gives", rate**3, f"{output}/s^3"),
         K.BASE_POSITION: ("position", 1.0, output),
         K.BASE_MOTOR: ("position of the motor", 1.0, output),
     }[effect.form.base]  # fmt: skip

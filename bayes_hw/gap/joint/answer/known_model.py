@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bayes_hw.gap.joint.answer.corrected_model import model_of
+from bayes_hw.gap.joint.answer.idle_poles import without_idle_poles
 from bayes_hw.gap.joint.decision.known_verdict import WAYS, doubtful
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
@@ -52,9 +53,10 @@ def with_known(identification: Identification, records: Sequence[Record]) -> Ide
         return replace(identification, warnings=warnings)
     noise = estimate_noise(fit.point.residuals)
     simulated = [fit.response.simulate(fit.values, r.u, r.known).y for r in records]
+    model = model_of(identification.model.name, records, fit, noise.sigma, dominant_sections(fit))
     return replace(
         identification,
-        model=model_of(identification.model.name, records, fit, noise.sigma, dominant_sections(fit)),
+        model=without_idle_poles(model, records, noise),
         noise=noise,
         residuals=fit.point.residuals,
         fits=tuple(

@@ -18,6 +18,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.report.page.drawing import LABEL_LENGTH
 
 SAMPLES = 1200
 NOTHING = Readings((), {}, None, {})
@@ -51,7 +52,8 @@ def whole(view: EffectView) -> bool:
 @pytest.mark.parametrize("law", FORMS, ids=lambda law: law.full_name)
 def test_every_form_has_a_view_whose_words_are_whole(law: Form) -> None:
     view = effect_view(seen((some_effect(law),)), law.label)
-    assert whole(view) and view.quantity and view.over and view.reading.endswith(".")
+    assert whole(view) and view.reading.endswith(".")
+    assert 0 < len(view.quantity) <= LABEL_LENGTH and 0 < len(view.over) <= LABEL_LENGTH
 
 
 def test_every_label_has_a_method_but_those_that_are_part_of_g() -> None:
