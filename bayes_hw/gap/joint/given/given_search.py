@@ -358,6 +358,8 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
             return fit
         trials: list[GivenFit] = []
         for label in dict.fromkeys(fit.labels):
+            if time_is_up():
+                return fit
             rest = as_given(fit.without(label).descended())
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]

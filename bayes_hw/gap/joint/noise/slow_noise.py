@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -253,13 +254,22 @@ def _phi(at: FloatArray) -> float:
 
 def _partial(covariance: FloatArray) -> FloatArray:
     """Partial autocorrelations (p,) of autocovariances (p + 1,)."""
-    order = len(covariance) - 1
-    partial, phi, variance = np.zeros(order), np.zeros(order), float(covariance[0])
-    for i in range(order):
-        kappa = float(covariance[i + 1] - phi[:i] @ covariance[i:0:-1]) / variance
-        kappa = min(max(kappa, -NEARLY_ONE), NEARLY_ONE)
-        phi[:i] -= kappa * phi[:i][::-1].copy()
-        phi[i] = kappa
-        partial[i] = kappa
-        variance *= 1 - kappa**2
+    partial = np.empty(len(covariance) - 1)
+    _levinson(np.ascontiguousarray(covariance), NEARLY_ONE, partial)
     return partial
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _levinson(covariance, most, partial):  # type: ignore[no-untyped-def]
+    order = len(partial)
+    phi, before, variance = np.zeros(order), np.zeros(order), covariance[0]
+    for i in range(order):
+        kappa = covariance[i + 1]
+        for j in range(i):
+            kappa -= phi[j] * covariance[i - j]
+        kappa = min(max(kappa / variance, -most), most)
+        before[:i] = phi[:i]
+        for j in range(i):
+            phi[j] -= kappa * before[i - 1 - j]
+        phi[i] = partial[i] = kappa
+        variance *= 1 - kappa**2
