@@ -32,9 +32,6 @@ RHYTHM_NATS = 20.0
 COMMANDED_NATS = 25.0
 """From which what noise of a cause knows of the command is no chance."""
 
-REFUTED_NATS = 5.0
-"""From which what a cause says of itself, its disturbances, is no chance."""
-
 LEAST_BESIDE = 0.1
 """Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
 and what mends it a little is no effect of its own."""
@@ -74,7 +71,7 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif found.remainder.commanded > COMMANDED_NATS or found.remainder.refuted > REFUTED_NATS:
+    elif found.remainder.commanded > COMMANDED_NATS or found.remainder.refuted > calibration.refuted:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:

@@ -176,12 +176,17 @@ def plainly(fit: GivenFit) -> GivenFit:
 
 def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
-    repeats with its step: no shorter period is looked for."""
+    repeats with its step: no shorter period is looked for. Instants that are off by chance may be late by as
+    much on the whole."""
     scale = fit.response.scale
     if "encoder_quantization" in readings.nats and readings.step is not None:
         scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
-    response = replace(fit.response, weights=readings.weights, scale=scale)
-    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+    late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
+    response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
+    begun = [GivenFit(response, evaluate(response, fit.point.coordinates))]
+    if late > 0 and not response.part:
+        begun.append(begun[0].with_delay(0, min(0.5 * late, 0.5)))
+    return best_of([one.descended() for one in begun])
 
 
 @dataclass(frozen=True, eq=False)
