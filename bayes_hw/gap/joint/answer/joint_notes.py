@@ -43,8 +43,8 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
         said += of_unnamed(fit)
         if fit.response.cause is not None and fit.added[-1] not in decision.answer:
             said.append(
-                f"what is slow in the error is no {fit.added[-1]}: it knows how the axis is used, or comes in "
-                "pulses"
+                f"what is slow in the error is no {fit.added[-1]}: it comes in pulses, or knows how the axis "
+                "is used"
             )
         if found.fallen is not None:
             said.append(
