@@ -47,13 +47,18 @@ def test_more_is_asked_where_noise_has_a_cause_beside_an_effect() -> None:
     assert asked_of(fit(("friction",), None), rounded) == VERIFIED_BESIDE_NATS
 
 
-def test_what_readings_follow_is_held_against_no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In observer form they follow any torque: a label of a few nats is none of its causes."""
-    plain: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
-    fit: Any = SimpleNamespace(labels=("torque_ripple",), noise_order=1, score=142.0, observer=0)
-    fit.response = plain.response = SimpleNamespace(weights=None, cause=None)
-    fit.without = lambda _: plain
+@pytest.mark.parametrize("worth", [100.0, 200.0])
+def test_what_readings_follow_is_held_against_their_following(
+    worth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In observer form they follow any torque: a label that is worth less than that is none of its causes."""
+    bare: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
+    following: Any = SimpleNamespace(labels=(), noise_order=3, score=250.0, observer=0)
+    fit: Any = SimpleNamespace(labels=("torque_ripple",), noise_order=1, score=250.0 + worth, observer=0)
+    fit.response = bare.response = following.response = SimpleNamespace(weights=None, cause=None)
+    fit.without = lambda _: following
     monkeypatch.setattr(verification, "regrown", lambda one: one)
-    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: one is plain)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: one is not fit)
     readings: Any = SimpleNamespace(nats={})
-    assert verification.verified(fit, [], readings, lambda _: None) == (plain, {})
+    kept, nats = verification.verified(fit, [bare], readings, lambda _: None)
+    assert (kept, nats) == ((fit, {"torque_ripple": worth}) if worth > 150 else (bare, {}))
