@@ -205,6 +205,13 @@ class GivenFit(JointFit):
         part = float(self.theta[self.response.given.size]) if self.response.part else 0.0
         return self.extra_delay + part
 
+    def read_late(self) -> list[GivenFit]:
+        """By half of what its readings may be late on the whole, a sample at most, not descended; none where
+        they may not, or where it has a delay."""
+        if self.response.part or not self.response.late > 0:
+            return []
+        return [self.with_delay(0, min(0.5 * self.response.late, 0.5))]
+
     def with_delay(self, whole: int, part: float) -> GivenFit:
         """With more delay than the model has, in samples."""
         r, n = self.response, self.response.given.size

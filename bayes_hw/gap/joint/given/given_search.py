@@ -176,17 +176,14 @@ def plainly(fit: GivenFit) -> GivenFit:
 
 def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
-    repeats with its step: no shorter period is looked for. Instants that are off by chance may be late by as
-    much on the whole."""
+    repeats with its step: no shorter period is looked for."""
     scale = fit.response.scale
     if "encoder_quantization" in readings.nats and readings.step is not None:
         scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
     late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
     response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
-    begun = [GivenFit(response, evaluate(response, fit.point.coordinates))]
-    if late > 0 and not response.part:
-        begun.append(begun[0].with_delay(0, min(0.5 * late, 0.5)))
-    return best_of([one.descended() for one in begun])
+    begun = GivenFit(response, evaluate(response, fit.point.coordinates))
+    return best_of([one.descended() for one in (begun, *begun.read_late())])
 
 
 @dataclass(frozen=True, eq=False)
@@ -359,12 +356,10 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
     for it. Others are what G itself and the noise may have and the labels that did best alone."""
     near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
     for _ in range(EXCHANGES):
-        if len(set(fit.labels)) < 2:
+        if len(set(fit.labels)) < 2 or time_is_up():
             return fit
         trials: list[GivenFit] = []
         for label in dict.fromkeys(fit.labels):
-            if time_is_up():
-                return fit
             rest = as_given(fit.without(label).descended())
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
             found = [as_given(t) for t in effect_candidates(rest, forms)]
