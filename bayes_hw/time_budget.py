@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+SEARCH_S = 180.0
+"""That the search of a diagnosis has unless something else is said."""
+
 _END: ContextVar[float] = ContextVar("end", default=float("inf"))
 """Of the work in this context, by the monotonic clock."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from bayes_hw.commands.options import add_command, add_common, add_output
+from bayes_hw.commands.options import add_command, add_common, add_output, add_within
 from bayes_hw.errors import InputError
 
 NAME = "blind"
@@ -65,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="withhold the model of every case: the diagnosis is given the records alone",
     )
     run_step.add_argument("--diagnosis", metavar="MODULE:FUNCTION", help="check another diagnosis")
+    add_within(run_step, "of every case (another diagnosis has none)")
     add_output(run_step, "folder for the verdicts; a run that was stopped goes on from there")
     add_common(run_step)
     run_step.set_defaults(goes_on=True)
@@ -127,12 +128,15 @@ def _run(parsed: argparse.Namespace) -> None:
         raise InputError("--without goes with a model; without one every effect is tried")
     out = Path(parsed.out)
     check_output_folder(out)
+    options: dict[str, object] = {"without": parsed.without} if parsed.without else {}
+    if parsed.diagnosis is None:
+        options["within_s"] = parsed.within
     digest = run_set(
         Path(parsed.set),
         out,
         parsed.seed,
         diagnosis=parsed.diagnosis,
-        options={"without": parsed.without} if parsed.without else {},
+        options=options,
         from_records=parsed.from_records,
         truth_is_open=parsed.practice,
         executor=make_executor(parsed.jobs, parsed.scheduler),

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 
 from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.next_step import reading_options, say_next
-from bayes_hw.commands.options import add_common, add_drive, add_output, add_record_options, add_start
+from bayes_hw.commands.options import (
+    add_common,
+    add_drive,
+    add_output,
+    add_record_options,
+    add_start,
+    add_within,
+)
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,21 +31,6 @@ EXAMPLE = (
     "bayes-hw diagnose case/ --out diagnosis/\n"
     "  bayes-hw diagnose --simulator axis.xml --train a.csv b.csv --holdout c.csv --out diagnosis/"
 )
-
-
-SEARCH_S = 180.0
-"""Time of a search unless given."""
-
-
-def positive_seconds(text: str) -> float:
-    """Of an option."""
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not seconds > 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds above zero")
-    return seconds
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,14 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.set_defaults(default_out=default_out, simulates_records=True)
     add_record_options(parser)
-    parser.add_argument(
-        "--within",
-        type=positive_seconds,
-        default=SEARCH_S,
-        metavar="SECONDS",
-        help="time after which the search answers with what it has, and says so (default %(default)s); "
-        "what comes after it takes some seconds more",
-    )
+    add_within(parser)
     add_start(parser)
     add_drive(parser)
     add_common(parser)

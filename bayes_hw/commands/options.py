@@ -6,6 +6,8 @@ import argparse
 import os
 from typing import TypeVar
 
+from bayes_hw.time_budget import SEARCH_S
+
 FREE_HELP = (
     "all (default): walkers move in every number of the model; dominant: in limits, dead zone, gain, poles "
     "and noise, and the zeros of G are drawn where these put them, which is quicker; the same intervals, "
@@ -134,6 +136,29 @@ def add_start(parser: argparse.ArgumentParser) -> None:
         help="start (default): the angles of a record count from where it begins; absolute: from zero of the"
         " encoder",
     )
+
+
+def add_within(parser: argparse.ArgumentParser, what: str = "") -> None:
+    """--within, of a search for causes."""
+    parser.add_argument(
+        "--within",
+        type=positive_seconds,
+        default=SEARCH_S,
+        metavar="SECONDS",
+        help=f"time{what and ' '}{what} after which the search answers with what it has, and says so "
+        "(default %(default)s); what comes after it takes some seconds more",
+    )
+
+
+def positive_seconds(text: str) -> float:
+    """Of an option."""
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not seconds > 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds above zero")
+    return seconds
 
 
 def add_drive(parser: argparse.ArgumentParser) -> None:

@@ -33,6 +33,7 @@ def diagnose_by_ports(
     notes: Sequence[str] = (),
     progress: Progress | None = None,
     start: Start = "auto",
+    within_s: float = float("inf"),
 ) -> JointDiagnosis:
     """Diagnose a case around its model without any drive train; raises InputError on a direct path."""
     return diagnose_records(
@@ -44,6 +45,7 @@ def diagnose_by_ports(
         progress=progress,
         model=case.model,
         start=start,
+        within_s=within_s,
     )
 
 
@@ -55,20 +57,26 @@ def diagnose_any_case(
     jobs: int = 1,
     without: str = "",
     calibration: Calibration | None = None,
+    within_s: float = float("inf"),
 ) -> Diagnosis | JointDiagnosis:
-    """Diagnose the case in `folder`, results to `out`; with labels struck as `diagnose_case` does."""
+    """Diagnose the case in `folder`, results to `out`; with labels struck and the search cut short as
+    `diagnose_case` does."""
     case = Case.read(folder)
     if without or not needs_ports(case.model):
-        return diagnosis.diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
-    return _through_ports(case, out, seed)
+        return diagnosis.diagnose_case(
+            folder, out, seed, jobs=jobs, without=without, calibration=calibration, within_s=within_s
+        )
+    return _through_ports(case, out, seed, within_s)
 
 
-def diagnose_case_by_ports(folder: Path, out: Path, seed: int) -> JointDiagnosis:
+def diagnose_case_by_ports(
+    folder: Path, out: Path, seed: int, within_s: float = float("inf")
+) -> JointDiagnosis:
     """As `diagnose_any_case`, through ports even where the drive train can be read back."""
-    return _through_ports(Case.read(folder), out, seed)
+    return _through_ports(Case.read(folder), out, seed, within_s)
 
 
-def _through_ports(case: Case, out: Path, seed: int) -> JointDiagnosis:
-    found = diagnose_by_ports(case, np.random.default_rng(seed))
+def _through_ports(case: Case, out: Path, seed: int, within_s: float) -> JointDiagnosis:
+    found = diagnose_by_ports(case, np.random.default_rng(seed), within_s=within_s)
     found.write(out)
     return found

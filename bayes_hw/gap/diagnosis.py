@@ -222,6 +222,7 @@ def diagnose_case(
     jobs: int = 1,
     without: str = "",
     calibration: Calibration | None = None,
+    within_s: float = float("inf"),
 ) -> Diagnosis:
     """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`.
 
@@ -231,6 +232,6 @@ def diagnose_case(
     case = Case.read(folder)
     left_out = frozenset(without.split(",")) - {""}
     rng = np.random.default_rng(seed)
-    diagnosis = diagnose(case, rng, jobs=jobs, without=left_out, calibration=calibration)
+    diagnosis = diagnose(case, rng, jobs=jobs, without=left_out, calibration=calibration, within_s=within_s)
     diagnosis.write(out)
     return diagnosis

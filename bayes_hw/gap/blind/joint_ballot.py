@@ -18,25 +18,26 @@ from bayes_hw.record import Record
 EVIDENCE, GIVEN_EVIDENCE = "joint_evidence.json", "given_evidence.json"
 
 
-def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
+def diagnose_from_records(folder: Path, out: Path, seed: int, within_s: float = float("inf")) -> None:
     """Diagnose the records that FOLDER/case.json names, its model unread; OUT/joint_evidence.json too."""
     description = json.loads(read_small_text(folder / "case.json"))
     train, holdout = (
         [Record.read(folder / name) for name in description[key]] for key in ("train", "holdout")
     )
-    diagnosis = diagnose_records(train, holdout, np.random.default_rng(seed), name=folder.name)
+    rng = np.random.default_rng(seed)
+    diagnosis = diagnose_records(train, holdout, rng, name=folder.name, within_s=within_s)
     diagnosis.write(out)
     evidence = JointEvidence.of(diagnosis.found).to_dict()
     write_text_atomically(out / EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
 
 
-def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
+def diagnose_given_model(folder: Path, out: Path, seed: int, within_s: float = float("inf")) -> None:
     """Diagnose the case in FOLDER as `diagnose_any_case` does; where its train is not read back,
     OUT/given_evidence.json too."""
     case = Case.read(folder)
     if not any_train.needs_ports(case.model):
-        any_train.diagnose_any_case(folder, out, seed)
+        any_train.diagnose_any_case(folder, out, seed, within_s=within_s)
         return
-    found = any_train.diagnose_case_by_ports(folder, out, seed).found
+    found = any_train.diagnose_case_by_ports(folder, out, seed, within_s).found
     evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
     write_text_atomically(out / GIVEN_EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")

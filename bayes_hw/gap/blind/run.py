@@ -50,7 +50,7 @@ class RunTask:
     out: str
     seed: int
     diagnosis: str
-    options: Mapping[str, str]
+    options: Mapping[str, Any]
     from_records: bool = False
 
 
@@ -60,7 +60,7 @@ def run_set(
     seed: int = 1,
     *,
     diagnosis: str | None = None,
-    options: Mapping[str, str] | None = None,
+    options: Mapping[str, Any] | None = None,
     from_records: bool = False,
     truth_is_open: bool = False,
     executor: Executor | None = None,

@@ -174,7 +174,7 @@ def diagnose_records(
                 found, records = on_whole_records(found, whole), whole
                 wider = fitted_to(wider, whole, found.base.response.weights)
             sections = sections_of_modes(fit, dominant_sections(fit), wider)
-            poorly = poorly_described(decision) or OTHER in decision.answer or fit.observer is not None
+            poorly = poorly_described(decision) or fit.observer is not None
             inflation = OF_ROUNDED if poorly else INFLATION
             doubted = poorly or bool(fit.labels)
             posterior = laplace(wider, records[0].units, rng, inflation, sections, doubted)
@@ -199,8 +199,9 @@ def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
 
 
 def poorly_described(decision: JointDecision) -> bool:
-    """Whether the noise of the answer is less than well described by a normal one."""
-    return bool(set(decision.answer) & {"encoder_quantization", "timing_jitter"})
+    """Whether the noise of the answer is less than well described by a normal one, or something without a
+    name is in it."""
+    return bool(set(decision.answer) & {"encoder_quantization", "timing_jitter", OTHER})
 
 
 def _finished(

@@ -41,6 +41,11 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     ]
     if OTHER in decision.answer:
         said += of_unnamed(fit)
+        if fit.response.cause is not None and fit.added[-1] not in decision.answer:
+            said.append(
+                f"what is slow in the error is no {fit.added[-1]}: it comes in pulses, or knows how the axis "
+                "is used"
+            )
         if found.fallen is not None:
             said.append(
                 "what has no name is most like limits that fall at an instant of every record and stay at "

@@ -71,8 +71,8 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif found.remainder.commanded > COMMANDED_NATS:
-        # Wind and an angle that walks know nothing of what is commanded.
+    elif found.remainder.commanded > COMMANDED_NATS or found.remainder.refuted > calibration.refuted:
+        # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:
         theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)

@@ -3,6 +3,7 @@ ends."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -19,6 +20,7 @@ from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.search.joint_search import finer
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.time_budget import time_is_up
 
 STARTS_KEPT, KINDS_GONE_ON = 4, 7
 """Of every kind of law the starts that go on; kinds that go on."""
@@ -44,8 +46,10 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     explain, under noise of the first as well, and under white noise, under which all that a law leaves
     counts: neither what a start promises nor a few steps without the states tell which law it is. They are
     begun on the beginnings of long records. Laws that are periodic in position are left out, their starts are
-    too many.
+    too many. None once time is up.
     """
+    if time_is_up():
+        return []
     seen = _beginning(fit)
     starts: dict[str, list[GivenFit]] = {}
     for form in forms:
@@ -90,8 +94,8 @@ def kicked(fit: GivenFit) -> GivenFit:
     sizes = [first + i for i, slot in enumerate(law.slots(response.scale)) if slot.logarithmic]
     for _ in range(KICK_ROUNDS):
         before = fit.point.rms
-        for i in sizes:
-            for factor in KICKS:
+        for i, factor in itertools.product(sizes, KICKS):
+            if not time_is_up():
                 moved = fit.point.coordinates.copy()
                 moved[i] += np.log(factor)
                 begun = evaluate(response, response.admissible(moved, fit.point.coordinates))

@@ -16,6 +16,7 @@ from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, fr
 from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.growth.levels import WHITE
+from bayes_hw.time_budget import time_is_up
 
 FURTHER_HZ = 18
 FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
@@ -86,7 +87,7 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
 def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
     """Where the noise is of higher order, which may have taken up what is slow: the best explanations by one
     more label that acts on command or reading, begun under white noise."""
-    if fit.noise_order <= 1:
+    if fit.noise_order <= 1 or time_is_up():
         return []
     starts = screened(fit, free_forms(fit, [form for form in GIVEN_FORMS if not form.is_law]))
     kinds: dict[str, list[GivenFit]] = {}
@@ -142,7 +143,7 @@ def pruned(fit: GivenFit) -> GivenFit:
 
 def later(fit: GivenFit) -> list[GivenFit]:
     """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
-    if DELAY in fit.labels:
+    if DELAY in fit.labels or time_is_up():
         return []
     longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
     grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
@@ -172,7 +173,7 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
 def further_modes(fit: GivenFit) -> list[GivenFit]:
     """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where the
     damping runs to an end of its range: what has no damping of its own is no mode of the structure."""
-    if MODE in fit.labels:
+    if MODE in fit.labels or time_is_up():
         return []
     rate = fit.response.scale.rate_hz
     records = fit.response.records

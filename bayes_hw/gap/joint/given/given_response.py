@@ -27,11 +27,13 @@ which a limit is begun that none did."""
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GivenResponse(JointResponse):
     """Coordinates: those of `GivenModel.cascade`, then the effects as in `JointResponse`; `part` and
-    `further` say whether a delay and a mode are added to G."""
+    `further` say whether a delay and a mode are added to G. Readings whose instants are off by chance may be
+    `late` on the whole, by so many samples at most: so short a delay has no label of its own."""
 
     given: GivenModel
     part: bool = False
     further: bool = False
+    late: float = 0.0
 
     @cached_property
     def _n_base(self) -> int:
@@ -148,7 +150,8 @@ class GivenFit(JointFit):
     @property
     def added(self) -> tuple[str, ...]:
         """Labels of what is added to G itself and of the noise's cause."""
-        return (DELAY,) * self.response.part + (MODE,) * self.response.further + super().added
+        delayed = self.response.part and self.delay > self.response.late
+        return (DELAY,) * delayed + (MODE,) * self.response.further + super().added
 
     @property
     def dropped_then(self) -> str:
@@ -195,6 +198,19 @@ class GivenFit(JointFit):
     @property
     def extra_delay(self) -> int:
         return self.structure.delay_samples - self.response.given.delay_samples
+
+    @property
+    def delay(self) -> float:
+        """Beyond the model's, in samples."""
+        part = float(self.theta[self.response.given.size]) if self.response.part else 0.0
+        return self.extra_delay + part
+
+    def read_late(self) -> list[GivenFit]:
+        """By half of what its readings may be late on the whole, a sample at most, not descended; none where
+        they may not, or where it has a delay."""
+        if self.response.part or not self.response.late > 0:
+            return []
+        return [self.with_delay(0, min(0.5 * self.response.late, 0.5))]
 
     def with_delay(self, whole: int, part: float) -> GivenFit:
         """With more delay than the model has, in samples."""

@@ -25,6 +25,7 @@ from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE, finer
 from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
 from bayes_hw.gap.joint.search.sight import named_by_sight
+from bayes_hw.time_budget import time_is_up
 
 SLOW = (WIND, WALK)
 EXCHANGED_AROUND_A_MODEL = (*EXCHANGED, *(form for form in DRIVE_FORMS if form.law not in PERIODIC))
@@ -45,11 +46,13 @@ def instead_of(
     Where no effect was found, or only noise of a cause: such an error of the reading if it explains all, else
     none. A label's laws that look at the states of G, and steps within the sample, are what the explanation
     itself was given: where it left noise of the first order they were begun for no other. Beside white noise
-    none has more to explain.
+    none has more to explain. As far as there is time.
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
         return {OTHER: free_shape(base)} if is_shape(base, best_of([base, fit])) else {}
+    if time_is_up():
+        return {}
     strongest = max(effects, key=lambda label: nats[label])
     most = max(rivals.values(), default=0.0)
     near = {label for label, own in rivals.items() if own > FOLLOWED_SHARE * most}
@@ -63,9 +66,11 @@ def instead_of(
             trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
-    for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) else ():
+    for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) and not time_is_up() else ():
         label = one.effect_labels[-1]
         found[label] = best_of([one, *([found[label]] if label in found else [])])
+    if time_is_up():
+        return found if len(found) > 1 else {}
     if strongest == OTHER and not _is_begun_anywhere(fit):
         found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
     shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])

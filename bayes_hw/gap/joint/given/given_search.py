@@ -180,8 +180,10 @@ def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     scale = fit.response.scale
     if "encoder_quantization" in readings.nats and readings.step is not None:
         scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
-    response = replace(fit.response, weights=readings.weights, scale=scale)
-    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+    late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
+    response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
+    begun = GivenFit(response, evaluate(response, fit.point.coordinates))
+    return best_of([one.descended() for one in (begun, *begun.read_late())])
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,7 +356,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
     for it. Others are what G itself and the noise may have and the labels that did best alone."""
     near = sorted(rivals, key=lambda label: -rivals[label])[:RIVALS]
     for _ in range(EXCHANGES):
-        if len(set(fit.labels)) < 2:
+        if len(set(fit.labels)) < 2 or time_is_up():
             return fit
         trials: list[GivenFit] = []
         for label in dict.fromkeys(fit.labels):

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -148,11 +149,23 @@ class SlowNoise:
         found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
         return np.asarray(found.x, dtype=np.float64)
 
+    def spectra(self, whitener: SlowWhitener, points: int) -> tuple[FloatArray, FloatArray]:
+        """Power spectra (points / 2 + 1,) of all and of the readings' own noise, up to one factor."""
+        f, differenced = self._frequencies(points)
+        resonance = self._response(whitener.chosen, f)
+        total = self._spectrum(whitener.at, whitener.power, resonance, f, differenced)
+        return total, _plain(_phi(whitener.at), differenced)
+
+    def _frequencies(self, points: int) -> tuple[FloatArray, FloatArray]:
+        """Of so many samples (Hz), and |1 - z|^2 there; the lowest is a quarter of the step."""
+        f = np.arange(points // 2 + 1) * self.rate_hz / points
+        f[0] = 0.25 * self.rate_hz / points
+        return f, 4 * np.sin(np.pi * f / self.rate_hz) ** 2
+
     def _spectrum(
         self, x: FloatArray, power: float, resonance: FloatArray, f: FloatArray, differenced: FloatArray
     ) -> FloatArray:
-        phi = _phi(x)
-        plain = (1 - abs(phi)) ** 2 / (1 - phi * (2 - differenced) + phi**2)
+        plain = _plain(_phi(x), differenced)
         size = np.exp(np.clip(x[0], -LARGEST_LOG, LARGEST_LOG))
         if self.cause == WALK:
             return np.asarray(plain + size / differenced)
@@ -179,9 +192,7 @@ class SlowNoise:
     ) -> SlowWhitener:
         """The autoregression that has the spectrum's autocovariance (Levinson's recursion)."""
         longest, grid = longest or self._longest, EXACT_GRID if self.exact else GRID
-        f = (np.arange(grid // 2 + 1) + 0.0) * self.rate_hz / grid
-        f[0] = 0.25 * self.rate_hz / grid
-        differenced = 4 * np.sin(np.pi * f / self.rate_hz) ** 2
+        f, differenced = self._frequencies(grid)
         resonance = self._response(chosen, f)
         covariance = np.fft.irfft(self._spectrum(at, power, resonance, f, differenced))[: longest + 1]
         partial = _partial(covariance)
@@ -232,19 +243,33 @@ def _simplex(at: FloatArray) -> FloatArray:
     return np.asarray(np.vstack([at, at + np.diag(steps)]))
 
 
+def _plain(phi: float, differenced: FloatArray) -> FloatArray:
+    """Spectrum of the readings' own noise, one at rest where its memory is positive."""
+    return np.asarray((1 - abs(phi)) ** 2 / (1 - phi * (2 - differenced) + phi**2))
+
+
 def _phi(at: FloatArray) -> float:
     return 0.95 * float(np.tanh(at[-1]))
 
 
 def _partial(covariance: FloatArray) -> FloatArray:
     """Partial autocorrelations (p,) of autocovariances (p + 1,)."""
-    order = len(covariance) - 1
-    partial, phi, variance = np.zeros(order), np.zeros(order), float(covariance[0])
-    for i in range(order):
-        kappa = float(covariance[i + 1] - phi[:i] @ covariance[i:0:-1]) / variance
-        kappa = min(max(kappa, -NEARLY_ONE), NEARLY_ONE)
-        phi[:i] -= kappa * phi[:i][::-1].copy()
-        phi[i] = kappa
-        partial[i] = kappa
-        variance *= 1 - kappa**2
+    partial = np.empty(len(covariance) - 1)
+    _levinson(np.ascontiguousarray(covariance), NEARLY_ONE, partial)
     return partial
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _levinson(covariance, most, partial):  # type: ignore[no-untyped-def]
+    order = len(partial)
+    phi, before, variance = np.zeros(order), np.zeros(order), covariance[0]
+    for i in range(order):
+        kappa = covariance[i + 1]
+        for j in range(i):
+            kappa -= phi[j] * covariance[i - j]
+        kappa = min(max(kappa / variance, -most), most)
+        before[:i] = phi[:i]
+        for j in range(i):
+            phi[j] -= kappa * before[i - 1 - j]
+        phi[i] = partial[i] = kappa
+        variance *= 1 - kappa**2

@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.noise_rhythm import rhythm_nats
 from bayes_hw.gap.joint.residuals.command_trace import command_nats
+from bayes_hw.gap.joint.residuals.own_disturbances import refuting_nats
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
 
@@ -24,18 +25,21 @@ LONGEST_LAG = 200
 class Remainder:
     """What the final fit leaves: order of its noise, by how many nats that explains it better than noise of
     the first order, nats of a variance that changes in a rhythm; where its noise has a cause,
-    those of what it knows of the command, which no such cause does."""
+    those of what it knows of the command, which no such cause does, and those by which the disturbances that
+    it says there were refute it."""
 
     order: int
     coloured: float
     rhythm: float = 0.0
     commanded: float = 0.0
+    refuted: float = 0.0
 
 
 def remainder_of(fit: JointFit) -> Remainder:
     """Of a fit's weighted residuals."""
     commanded = 0.0 if fit.response.cause is None else command_nats(fit)
-    return Remainder(fit.noise_order, coloured_nats(fit), rhythm_nats(innovations(fit.point)), commanded)
+    rhythm = rhythm_nats(innovations(fit.point))
+    return Remainder(fit.noise_order, coloured_nats(fit), rhythm, commanded, refuting_nats(fit))
 
 
 def coloured_nats(fit: JointFit) -> float:

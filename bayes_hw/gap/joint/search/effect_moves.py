@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_screen import Start, best_starts, screened
+from bayes_hw.time_budget import time_is_up
 
 STARTS_OF_A_LABEL = 3
 FIRST_STEPS, SECOND_STEPS = 4, 8
@@ -47,8 +48,11 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
     """The best explanations with one more label, descended.
 
     Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
-    explaining what is fast: from every start another begins under noise of the first order.
+    explaining what is fast: from every start another begins under noise of the first order. None once time
+    is up.
     """
+    if time_is_up():
+        return []
     free = free_forms(fit, forms)
     starts = screened(fit, free)
     if fit.noise_order <= 1:

@@ -19,13 +19,14 @@ VERIFIED_NATS = 25.0
 VERIFIED_BESIDE_NATS = 80.0
 """Where readings are rounded, held or late, so that the noise is not normal; and where it is of high order,
 which is something that no label explains. Also of every label where the noise has a cause and an effect
-stands beside it: forms follow slow noise a little."""
+stands beside it: forms follow slow noise a little. So they do in observer form, whose readings follow any
+torque."""
 
 
 def asked_of(fit: JointFit, readings: Readings) -> float:
     """Nats that a label of this fit must be worth."""
     beside = fit.response.cause is not None and len(fit.labels) > 1
-    doubtful = readings.nats or fit.noise_order > 1 or beside
+    doubtful = readings.nats or fit.noise_order > 1 or beside or fit.observer is not None
     return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
 
 
@@ -36,8 +37,10 @@ def verified(
 
     Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
     label without which the noise has a cause that nothing names is held against that cause, not against
-    nothing: it stays where it is likelier.
+    nothing: it stays where it is likelier. In observer form the readings themselves follow that cause, and
+    the last label must be worth more than their following is.
     """
+    bare = [one for one in others if not one.labels and one.observer is None]
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
@@ -51,10 +54,12 @@ def verified(
         say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
         asked = asked_of(fit, readings)
-        if leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
+        if fit.observer is not None and len(fit.labels) == 1:
+            asked = max(asked, alternatives[weakest].score - highest(bare).score)
+        if fit.observer is None and leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
             asked = 0.0
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
     # What is left of an observer without laws is coloured noise, which is free as it is.
-    return highest([o for o in (fit, *others) if not o.labels and o.observer is None]), {}
+    return highest(bare if fit.observer is not None else [fit, *bare]), {}

@@ -17,7 +17,7 @@ def test_a_label_is_held_against_what_would_be_said_without_it(
     unnamed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A few nats over a cause without a name keep it; over nothing at all they do not."""
-    fit: Any = SimpleNamespace(labels=("wind",), noise_order=1, score=117.0)
+    fit: Any = SimpleNamespace(labels=("wind",), noise_order=1, score=117.0, observer=None)
     plain: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
     fit.response = plain.response = SimpleNamespace(weights=None, cause=WIND)
     fit.without = lambda _: plain
@@ -34,12 +34,31 @@ def test_more_is_asked_where_noise_has_a_cause_beside_an_effect() -> None:
     sound: Any = SimpleNamespace(nats={})
     rounded: Any = SimpleNamespace(nats={"encoder_quantization": 100.0})
 
-    def fit(labels: tuple[str, ...], cause: str | None, order: int = 1) -> Any:
-        return SimpleNamespace(labels=labels, noise_order=order, response=SimpleNamespace(cause=cause))
+    def fit(labels: tuple[str, ...], cause: str | None, order: int = 1, observer: int | None = None) -> Any:
+        response = SimpleNamespace(cause=cause)
+        return SimpleNamespace(labels=labels, noise_order=order, response=response, observer=observer)
 
     assert asked_of(fit(("friction",), None), sound) == VERIFIED_NATS
     assert asked_of(fit(("wind",), WIND), sound) == VERIFIED_NATS
     assert asked_of(fit(("transport_delay", "friction"), None), sound) == VERIFIED_NATS
     assert asked_of(fit(("wind", "friction"), WIND), sound) == VERIFIED_BESIDE_NATS
     assert asked_of(fit(("friction",), None, order=5), sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None, observer=0), sound) == VERIFIED_BESIDE_NATS
     assert asked_of(fit(("friction",), None), rounded) == VERIFIED_BESIDE_NATS
+
+
+@pytest.mark.parametrize("worth", [100.0, 200.0])
+def test_what_readings_follow_is_held_against_their_following(
+    worth: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In observer form they follow any torque: a label that is worth less than that is none of its causes."""
+    bare: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
+    following: Any = SimpleNamespace(labels=(), noise_order=3, score=250.0, observer=0)
+    fit: Any = SimpleNamespace(labels=("torque_ripple",), noise_order=1, score=250.0 + worth, observer=0)
+    fit.response = bare.response = following.response = SimpleNamespace(weights=None, cause=None)
+    fit.without = lambda _: following
+    monkeypatch.setattr(verification, "regrown", lambda one: one)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: one is not fit)
+    readings: Any = SimpleNamespace(nats={})
+    kept, nats = verification.verified(fit, [bare], readings, lambda _: None)
+    assert (kept, nats) == ((fit, {"torque_ripple": worth}) if worth > 150 else (bare, {}))
