@@ -41,6 +41,7 @@ from bayes_hw.commands.options import (
     add_record_options,
     add_sampling,
     add_start,
+    add_within,
 )
 from bayes_hw.errors import InputError
 from bayes_hw.report.page.typography import visible
@@ -194,6 +195,7 @@ def build_parser() -> argparse.ArgumentParser:
     add_noise(sub)
     add_check(sub)
     add_sampling(sub)
+    add_within(sub, "for what the model lacks, where records refute it,")
     add_drive(sub)
     add_common(sub)
 

@@ -107,6 +107,20 @@ def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path
     assert content["winner"]["expected_gain_nats"] > 0
 
 
+@pytest.mark.usefixtures("undrawn")
+def test_the_search_has_the_time_it_is_given(
+    reported: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def diagnosed(*_: object, within_s: float, **__: object) -> None:
+        raise InputError(f"searched within {within_s:g} s")
+
+    monkeypatch.chdir(reported)
+    monkeypatch.setattr("bayes_hw.commands.report_cause.diagnose_records", diagnosed)
+    few_orders(monkeypatch)
+    assert main(["report", "train_1.csv", "train_2.csv", "--out", "timed", "--within", "17"]) == 2
+    assert "searched within 17 s" in capsys.readouterr().err
+
+
 def test_a_record_in_motion_is_searched_from_where_it_first_rests(small_axis: HammersteinWiener) -> None:
     """Its angles count from there; one that never rests is refused in a sentence."""
     u = measured(small_axis, 1200, seed=4).u.copy()

@@ -85,6 +85,7 @@ def report_cause(
         drive=drive_of(parsed),
         start=parsed.start,
         jobs=parsed.jobs,
+        within_s=parsed.within,
     )
     if not diagnosis.verdict.answer:
         return False
