@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import numpy as np
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import say, say_page
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
@@ -72,5 +71,4 @@ def write_experiment(out: Path, stage: Stage, found: list[Experiment], narrowing
     }
     with staged(out) as place:
         write_csv(place / "command.csv", {"t": np.arange(len(first.u)) / stage.sample_rate_hz, "u": first.u})
-        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
-        write_text_atomically(place / "experiment.json", text)
+        write_json(place / "experiment.json", content)

@@ -46,14 +46,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Plan, write, and say why; raises InputError before anything is written."""
-    import json
     from dataclasses import asdict
 
     import numpy as np
 
     from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, say_page
-    from bayes_hw.files import check_output_folder, staged, write_csv, write_text_atomically
+    from bayes_hw.files import check_output_folder, staged, write_csv, write_json
     from bayes_hw.first_look.plan import AxisLimits, plan
     from bayes_hw.provenance import provenance
     from bayes_hw.report.page.render import render
@@ -84,7 +83,7 @@ def run(parsed: argparse.Namespace) -> None:
             write_csv(
                 place / f"{name}.csv", {"t": np.arange(len(command)) / found.sample_rate_hz, "u": command}
             )
-        write_text_atomically(place / "plan.json", json.dumps(content, indent=1) + "\n")
+        write_json(place / "plan.json", content)
     page = plan_report(
         found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
     )

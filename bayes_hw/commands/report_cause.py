@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import time
 from dataclasses import replace
@@ -17,7 +16,7 @@ from bayes_hw.commands.estimate_files import band_file_names, write_identificati
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
@@ -122,8 +121,7 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
     with staged(out, instead_of=PLAIN_FILES) as place:
         diagnosis.write(place)
         shutil.copyfile(place / "corrected.json", place / "model.json")
-        content = json.dumps(corrected_posterior(diagnosis), indent=1, allow_nan=False)
-        write_text_atomically(place / "posterior.json", content + "\n")
+        write_json(place / "posterior.json", corrected_posterior(diagnosis))
         for name, record in zip(names, chosen.holdout, strict=True):
             mean, low, high = predict_corrected(diagnosis.corrected, record.u, record.known)
             bands = {"mean": mean, "lo": low, "hi": high}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_small_text, write_json
 from bayes_hw.gap import any_train
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
@@ -27,7 +27,7 @@ def diagnose_from_records(folder: Path, out: Path, seed: int) -> None:
     diagnosis = diagnose_records(train, holdout, np.random.default_rng(seed), name=folder.name)
     diagnosis.write(out)
     evidence = JointEvidence.of(diagnosis.found).to_dict()
-    write_text_atomically(out / EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
+    write_json(out / EVIDENCE, evidence, None)
 
 
 def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
@@ -39,4 +39,4 @@ def diagnose_given_model(folder: Path, out: Path, seed: int) -> None:
         return
     found = any_train.diagnose_case_by_ports(folder, out, seed).found
     evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
-    write_text_atomically(out / GIVEN_EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
+    write_json(out / GIVEN_EVIDENCE, evidence, None)

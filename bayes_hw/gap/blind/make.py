@@ -15,7 +15,7 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json, write_text_atomically
 from bayes_hw.gap.blind.folders import (
     CASES,
     ORIGIN,
@@ -117,8 +117,8 @@ def write_case(case: BlindCase, folder: Path) -> None:
         "holdout": [f"{case.holdout.name}.csv"],
     }
     model = case.simulator.to_dict("blind axis", case.simulator_sigma)
-    write_text_atomically(folder / "case.json", json.dumps(description, indent=1) + "\n")
-    write_text_atomically(folder / "model.json", json.dumps(model, indent=1) + "\n")
+    write_json(folder / "case.json", description)
+    write_json(folder / "model.json", model)
     for record in (*case.train, case.holdout):
         content = _record_text(record, case.simulator.sample_rate_hz)
         write_text_atomically(folder / f"{record.name}.csv", content)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.gap.blind.make import write_case
 from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
@@ -34,7 +33,7 @@ def write_open_case(
     durations = KINDS[kind].durations_s if duration_s is None else (duration_s,)
     case = make_case(seed, 0, replace(KINDS[kind], durations_s=durations), labels)
     write_case(case, folder)
-    write_text_atomically(folder / "truth.json", json.dumps(case.truth, indent=1) + "\n")
+    write_json(folder / "truth.json", case.truth)
     truth = case.truth
     return OpenCase(
         labels=labels,
