@@ -39,7 +39,7 @@ from bayes_hw.files import write_json
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 
 WITH_BALLOT = "blind_check.ballot:diagnose_with_ballot"

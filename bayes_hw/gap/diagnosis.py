@@ -22,10 +22,10 @@ from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.measure import measure
 from bayes_hw.gap.answer.notes import notes_on
+from bayes_hw.gap.answer.ranking import white_choice
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.unknown_noise import of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.answer.verdict import Verdict
-from bayes_hw.gap.answer.white_choice import white_choice
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.block_functions import block_negative_log_p

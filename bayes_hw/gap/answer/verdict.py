@@ -13,7 +13,7 @@ from bayes_hw.files import write_json
 from bayes_hw.format_names import VERDICT
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
-from bayes_hw.gap.fit.interval import PROBABILITY
+from bayes_hw.gap.fit.draws import PROBABILITY
 from bayes_hw.model.priors import LogNormal
 
 NOISE_SIGMA = "noise.sigma"

@@ -11,7 +11,7 @@ from bayes_hw.files import read_small_text, write_json
 from bayes_hw.gap import any_train
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import JointEvidence
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.record import Record
 

@@ -9,11 +9,22 @@ A random walk also takes up what a torque does that wanders, most of a wind. Whe
 is likelier than the walk and leaves no function anything, the functions are held against it, and what is slow
 is the disturbance's or the input's, whichever has the more surprising function of few shapes. Measured in
 docs/decisions/0007-blocks-without-a-name.md.
+
+Shapes of friction: functions of a speed and of the time since it turned, at the motor and at the load.
+
+Where the gear twists, the motor turns at other times than the load does.
+
+Shapes of a gear whose stiffness and damping change with the amplitude of its torsion.
+
+Near one amplitude a spring that is not linear acts as a linear one of another stiffness and damping (harmonic
+balance: Krylov and Bogoliubov, Introduction to Nonlinear Mechanics, 1943). These follow the ringing that such
+a spring shifts in phase, where a function of the torsion now would not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -34,10 +45,8 @@ from bayes_hw.gap.criticism.free_functions import (
     shapes_of_blocks,
     shapes_of_the_gain,
 )
-from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
 from bayes_hw.gap.criticism.memories import shapes_after_reversals
 from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
-from bayes_hw.gap.criticism.springs import shapes_of_springs
 from bayes_hw.gap.effects.labels import BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background, wind
@@ -193,3 +202,52 @@ def with_floor(negative_log_p: Mapping[str, float], scattered: bool) -> dict[str
     """
     floor = FLOOR_OF_SCATTER if scattered else FLOOR
     return {**negative_log_p, "sensor": max(negative_log_p["sensor"], floor)}
+
+
+def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[Motion]:
+    """The same with the motor's angle and speed for the load's: ahead of it by the torsion of the gear.
+
+    The load's own where the drive train is not known.
+    """
+    moved = []
+    for motion in found:
+        torsion = chain.torsions(motion.limited[:, None])[:, 0]
+        speed = motion.speed + np.gradient(torsion) * scale.rate
+        moved.append(replace(motion, w=motion.w + torsion, speed=speed))
+    return moved
+
+
+def shapes_of_friction(found: Sequence[Motion], rate: float) -> list[FloatArray]:
+    """Shapes (samples, n) a record: the sign of the speed, splines over it, and what follows a reversal."""
+    speeds = linear_splines([m.speed for m in found])
+    turned = shapes_after_reversals(found, rate)
+    signs = [np.sign(m.speed)[:, None] for m in found]
+    return [np.concatenate(all_three, axis=1) for all_three in zip(signs, speeds, turned, strict=True)]
+
+
+AMPLITUDES = 3
+"""Linear splines over the amplitude."""
+
+
+def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[FloatArray]:
+    """Torsion and its rate at every amplitude, shapes (samples, 2 AMPLITUDES) a record, of a gear torque.
+
+    The amplitude is the root mean square over the last period of the first mode. No shapes (samples, 0)
+    where the drive train is not known.
+    """
+    nothing = [np.zeros((len(m.w), 0)) for m in found]
+    torsion = [chain.torsions(m.limited[:, None])[:, 0] for m in found]
+    if not any(np.any(phi) for phi in torsion):
+        return nothing
+    period = max(round(scale.rate / scale.first_mode_hz), 1)
+    amplitudes = linear_splines([_recent_rms(phi, period) for phi in torsion], AMPLITUDES)
+    return [
+        np.concatenate([phi[:, None] * own, np.gradient(phi)[:, None] * scale.rate * own], axis=1)
+        for phi, own in zip(torsion, amplitudes, strict=True)
+    ]
+
+
+def _recent_rms(signal: FloatArray, period: int) -> FloatArray:
+    """Root mean square (samples,) of a signal over the last `period` samples, zeros before the first."""
+    sums = np.cumsum(np.concatenate([np.zeros(period), signal**2]))
+    return np.sqrt(np.maximum(sums[period:] - sums[:-period], 0.0) / period)

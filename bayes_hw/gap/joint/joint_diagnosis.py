@@ -14,14 +14,14 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import crew
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_csv, write_json
+from bayes_hw.gap.answer.corrected_train import motion_of
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
-from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.answer.encoder_noise import encoder_sigma, noise_doubt
