@@ -84,7 +84,7 @@ class GivenResponse(JointResponse):
         """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
         the samples that were measured, None where all were."""
         values, turn = self.values(coordinates), self._turn(coordinates[: self._n_base])
-        packed = self._packed(values, True)
+        packed = self.packed(values, True)
         for number, record in enumerate(self.records):
             run, tangents = packed.run(record.u, record.known)
             rows = np.empty((self.size + 1, len(record)))
