@@ -117,7 +117,7 @@ def test_nothing_is_found_where_nothing_is() -> None:
 
 def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    train, held_out = measured((rub,), GIVEN_SAMPLES, (1, 2))
+    train, held_out = measured((rub,), FEW, (1, 2))
     axis = model(-0.37, 0.32, 0.97)
     assert needs_ports(axis)
     case = Case.of_records("case", axis, [train], [held_out])
@@ -164,7 +164,7 @@ def test_every_start_of_every_law_is_followed() -> None:
         alone = base.with_effect(law, start).with_signal(0).descended(4)
         assert play.score >= alone.score
     rubbing = next(fit for fit in found if fit.labels == ("friction",))
-    assert "friction" not in {fit.labels[-1] for fit in every_law(rubbing)}
+    assert {fit.labels[-1] for fit in every_law(rubbing, (rub.form, law))} == {"backlash"}
 
 
 def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> None:
