@@ -15,10 +15,9 @@ from simulated_records import measured
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
-from bayes_hw.commands.report_cause import from_rest_on
+from bayes_hw.commands.report_cause import HeldOut, from_rest_on
 from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
-from bayes_hw.gap.joint.posterior.held_out import HeldOut
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import posed
 

@@ -14,18 +14,24 @@ import numpy as np
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
-from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
-from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
-from bayes_hw.commands.speech import say, say_estimate, say_page, warn
+from bayes_hw.commands.speech import (
+    diagnose_next,
+    reading_options,
+    say,
+    say_estimate,
+    say_next,
+    say_page,
+    warn,
+    warn_of_refuted,
+)
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_csv
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.validation import evaluate
-from bayes_hw.infer.doubts import said_of
-from bayes_hw.infer.inference import discard_checkpoint, infer
+from bayes_hw.infer.inference import discard_checkpoint, infer, said_of
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_holds, coverage_sentence, predict
 from bayes_hw.infer.start_state import start_of_prediction, started_as
