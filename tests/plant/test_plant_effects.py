@@ -23,6 +23,7 @@ from bayes_hw.plant.integrator import EXTERNAL_LOAD, EXTERNAL_LOST, Friction, ru
 from bayes_hw.plant.run import Axis, Run
 
 SCALES = Scales(0.3, 0.5, 1.0, 0.005, 0.004, 60.0, 20.0, (1.9, 4.0), 0.4)
+SHORT_S = 30.0
 EVERY = [*CATALOGUE, *OFF_CATALOGUE, *SECOND_GROUP, *UNSEEN]
 
 
@@ -39,13 +40,13 @@ def command_of(seconds: float = 60.0) -> np.ndarray:
 
 def reading(effect: type[Effect], seed: int, strength: float) -> np.ndarray:
     shape = effect.draw(np.random.default_rng(seed), SCALES)
-    run = run_of(an_axis(2), command_of(), (shape, strength))
+    run = run_of(an_axis(2), command_of(SHORT_S), (shape, strength))
     return run.read(run.angles()).measured()
 
 
 @cache
 def without_faults() -> np.ndarray:
-    run = run_of(an_axis(2), command_of())
+    run = run_of(an_axis(2), command_of(SHORT_S))
     return run.read(run.angles()).measured()
 
 
