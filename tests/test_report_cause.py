@@ -32,7 +32,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     """A folder where `report` met records whose reading drifts, none held out, and an older posterior lay."""
     folder = write_axis(tmp_path_factory.mktemp("drift"), small_axis)
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
-        record = measured(small_axis, 400, seed=seed)
+        record = measured(small_axis, 300, seed=seed)
         y = record.y + 0.004 * record.t
         write_record(folder / f"{name}.csv", replace(record, y=y))
     (folder / "azimuth").mkdir()
