@@ -14,20 +14,13 @@ import numpy as np
 from bayes_hw.analysis import Analysis, analyse, discard_checkpoints, identify_with_progress
 from bayes_hw.analysis import begin as begin_analysis
 from bayes_hw.commands.checking import checked, say_check, structure_in, write_check, write_structure
+from bayes_hw.commands.corrected import warn_of_refuted
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
 from bayes_hw.commands.inputs import add_known_inputs, sampler_settings
+from bayes_hw.commands.next_step import diagnose_next, reading_options, say_next
 from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
-from bayes_hw.commands.speech import (
-    diagnose_next,
-    reading_options,
-    say,
-    say_estimate,
-    say_next,
-    say_page,
-    warn,
-    warn_of_refuted,
-)
+from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_csv
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.validation import evaluate

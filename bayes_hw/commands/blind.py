@@ -89,7 +89,8 @@ def run(parsed: argparse.Namespace) -> None:
 
 
 def _make(parsed: argparse.Namespace) -> None:
-    from bayes_hw.commands.speech import say, say_next
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say
     from bayes_hw.executor import make_executor
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.blind.make import make_set
@@ -115,7 +116,8 @@ def _make(parsed: argparse.Namespace) -> None:
 
 
 def _run(parsed: argparse.Namespace) -> None:
-    from bayes_hw.commands.speech import say, say_next, warn
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, warn
     from bayes_hw.executor import make_executor
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.blind.run import failures, run_set

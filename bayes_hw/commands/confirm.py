@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.commands.speech import say, say_next, say_page
+from bayes_hw.commands.next_step import say_next
+from bayes_hw.commands.speech import say, say_page
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects

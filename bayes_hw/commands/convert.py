@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Read, check and write; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import reading_options
-    from bayes_hw.commands.speech import say, say_next, warn
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_file
     from bayes_hw.formats.json_file import is_model as is_model_file
     from bayes_hw.inspection.mends import findings_of

@@ -61,7 +61,9 @@ def run(parsed: argparse.Namespace) -> None:
 
     import numpy as np
 
-    from bayes_hw.commands.speech import refuse_refuted, say, say_next, say_page, warn, warn_of_refuted
+    from bayes_hw.commands.corrected import refuse_refuted, warn_of_refuted
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.control.controller import Controller
     from bayes_hw.control.design import DesignSettings, design
     from bayes_hw.control.export import write_design

@@ -62,7 +62,9 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands.confirm import confirm
-    from bayes_hw.commands.speech import say, say_next, say_page, warn, warn_of_refuted
+    from bayes_hw.commands.corrected import warn_of_refuted
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.errors import InputError
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.any_corrected import read_corrected_axis

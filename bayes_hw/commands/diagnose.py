@@ -9,15 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bayes_hw.commands.options import (
-    add_common,
-    add_drive,
-    add_output,
-    add_record_options,
-    add_start,
-    drive_of,
-)
-from bayes_hw.commands.speech import reading_options, say_next
+from bayes_hw.commands.drive import drive_of
+from bayes_hw.commands.next_step import reading_options, say_next
+from bayes_hw.commands.options import add_common, add_drive, add_output, add_record_options, add_start
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:

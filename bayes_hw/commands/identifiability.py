@@ -37,8 +37,9 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands.inputs import sampler_settings
+    from bayes_hw.commands.next_step import reading_options, say_next
     from bayes_hw.commands.records import records_of
-    from bayes_hw.commands.speech import reading_options, say, say_next, say_page, warn
+    from bayes_hw.commands.speech import say, say_page, warn
     from bayes_hw.files import check_output_folder
     from bayes_hw.identifiability.analysis import analyse_identifiability
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -26,8 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Look, write, and say what was seen; raises InputError on bad input before anything is written."""
     from bayes_hw.commands.inputs import read_records
+    from bayes_hw.commands.next_step import reading_options
     from bayes_hw.commands.records import axis_name
-    from bayes_hw.commands.speech import reading_options, say, warn
+    from bayes_hw.commands.speech import say, warn
     from bayes_hw.entrance import check_scale
     from bayes_hw.files import check_output_folder
     from bayes_hw.first_look.look import look

@@ -3,14 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
-from typing import TYPE_CHECKING, TypeVar
-
-from bayes_hw.errors import InputError
-
-if TYPE_CHECKING:
-    from bayes_hw.gap.joint.answer.advice import Drive
+from typing import TypeVar
 
 FREE_HELP = (
     "all (default): walkers move in every number of the model; dominant: in limits, dead zone, gain, poles "
@@ -204,13 +198,3 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quiet", action="store_true", help="no progress on the way; answers and warnings stay"
     )
-
-
-def drive_of(parsed: argparse.Namespace) -> Drive:
-    """From --inertia and --rated-torque; raises InputError unless they are positive."""
-    from bayes_hw.gap.joint.answer.advice import Drive
-
-    for option, value in (("--inertia", parsed.inertia), ("--rated-torque", parsed.rated_torque)):
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise InputError(f"{option} {value:g}: must be positive")
-    return Drive(parsed.inertia, parsed.rated_torque)

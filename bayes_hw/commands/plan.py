@@ -50,7 +50,8 @@ def run(parsed: argparse.Namespace) -> None:
 
     import numpy as np
 
-    from bayes_hw.commands.speech import say, say_next, say_page
+    from bayes_hw.commands.next_step import say_next
+    from bayes_hw.commands.speech import say, say_page
     from bayes_hw.files import check_output_folder, staged, write_csv, write_json
     from bayes_hw.first_look.plan import AxisLimits, plan
     from bayes_hw.provenance import provenance

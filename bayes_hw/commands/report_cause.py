@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.analysis import Beginning
+from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
-from bayes_hw.commands.options import drive_of
-from bayes_hw.commands.speech import note, say_estimate, say_next, say_page
+from bayes_hw.commands.next_step import say_next
+from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected

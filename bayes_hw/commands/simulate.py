@@ -38,8 +38,9 @@ def run(parsed: argparse.Namespace) -> None:
     import numpy as np
 
     from bayes_hw.commands.inputs import add_known_inputs
+    from bayes_hw.commands.next_step import reading_options, say_next
     from bayes_hw.commands.records import in_asked_units, records_of
-    from bayes_hw.commands.speech import reading_options, say, say_next
+    from bayes_hw.commands.speech import say
     from bayes_hw.files import check_output_file, write_csv
     from bayes_hw.gap.joint.answer.corrected_model import read_corrected, simulate_corrected
     from bayes_hw.infer.start_state import simulate_from_motion

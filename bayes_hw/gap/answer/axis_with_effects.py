@@ -13,7 +13,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.answer.sentence import words_of_answer
+from bayes_hw.gap.answer.words_of_answer import words_of_answer
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer.noise import noise_parameters
 from bayes_hw.infer.posterior import Posterior

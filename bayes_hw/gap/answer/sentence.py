@@ -3,36 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from bayes_hw.gap.answer.decide import Decision
-from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.notes import starts_disagree
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.effects.catalogue import block_of
 from bayes_hw.gap.effects.words import BLOCK_WORDS, UNSAID, label_words, parameter_words
 from bayes_hw.gap.search.attribute import Attribution
-
-
-def words_of(label: str) -> str:
-    """A label as it is said in a sentence."""
-    return "something that none of the known effects explains" if label == OTHER else label_words(label)
-
-
-def percent(probability: float) -> str:
-    """A probability, never rounded up to certainty."""
-    return f"{min(100 * probability, 99.9):.3g} %"
-
-
-def words_of_answer(answer: Sequence[str], probability: Mapping[str, float]) -> str:
-    """The labels of an answer with how sure each is, where that is known."""
-    return " and ".join(
-        f"{words_of(label)} ({percent(probability[label])} sure)" if label in probability else words_of(label)
-        for label in answer
-    )
-
 
 MOST_AMOUNTS = 2
 """Parameters of one effect that the sentence tells."""

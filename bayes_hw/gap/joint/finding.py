@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.answer.sentence import percent, words_of_answer
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
+from bayes_hw.gap.answer.words_of_answer import percent, words_of_answer
 from bayes_hw.phrases import listed
 from bayes_hw.record import Record
 from bayes_hw.record_checks import unrelated

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.answer.sentence import words_of
+from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.answer.effect_view import effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bayes_hw.analysis import Beginning
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.answer.sentence import words_of
+from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
 from bayes_hw.infer.residual_tests import ResidualReport
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.confusable import next_experiment
-from bayes_hw.gap.answer.sentence import words_of
+from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import TORQUES
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_of_unit
