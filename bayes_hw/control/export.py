@@ -15,10 +15,9 @@ from bayes_hw.control.allowance import CrossoverCurve, NotchRange
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.design import Design, LoopReport
 from bayes_hw.control.limit_cycles import CycleCheck
-from bayes_hw.control.plant_summary import PlantSummary, Quantity
+from bayes_hw.control.plant_summary import PlantSummary, Quantity, zeros
 from bayes_hw.control.tuning import Tuned, Tuning
 from bayes_hw.control.uncertainty import UncertaintySet
-from bayes_hw.control.zeros import zeros
 from bayes_hw.files import staged, temporary_sibling, write_json
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener

@@ -12,14 +12,19 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
-from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes
 from bayes_hw.identifiability.gain_posterior import FreedRuns, implied_log_sd, sample_freed
 from bayes_hw.identifiability.invariance import Agreement, Contraction, compare_invariants, contractions
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
 from bayes_hw.identifiability.profile import Profile, profile_likelihoods
 from bayes_hw.identifiability.sensitivity import Spectrum, information_spectrum
-from bayes_hw.identifiability.structure import POINTS, Structure, analyse_structure
+from bayes_hw.identifiability.structure import (
+    POINTS,
+    Cancellation,
+    Structure,
+    analyse_structure,
+    near_cancellations,
+)
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict, flat_verdicts, verdict_on
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.infer.dead_zone_trade import Trade, trade_of
