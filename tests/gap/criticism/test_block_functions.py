@@ -233,9 +233,6 @@ def test_a_spring_that_stiffens_is_found_in_the_linear_block() -> None:
     assert max(found, key=lambda block: found[block]) == "linear", found
 
 
-RATE = 20.0
-
-
 def motion(command: FloatArray, limit: float = 1.0) -> Motion:
     limited = np.clip(command, -limit, limit)
     return Motion(command, limited, np.cumsum(limited) / RATE, limited)
