@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -30,7 +29,7 @@ from bayes_hw.infer.prediction import Prediction, band_holds, coverage_sentence,
 from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
 from bayes_hw.report.page.render import render
 from bayes_hw.report.posterior.posterior_report import posterior_report
 
@@ -65,7 +64,6 @@ def identify_command(parsed: argparse.Namespace) -> None:
 
 def report_command(parsed: argparse.Namespace) -> None:
     """bayes-hw report."""
-    begin = parsed.begin
     settings = sampler_settings(parsed)
     out = Path(parsed.out)
     check_output_folder(out)
@@ -103,9 +101,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         analysis = replace(analysis, check=check)
     with progress.stage("report"):
         write_analysis(out, analysis)
-        origin = provenance(
-            parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin, begin
-        )
+        origin = provenance_of(parsed, [*records, *holdout])
         page = posterior_report(analysis, origin)
         written = render(page, out)
     discard_checkpoints(parsed.checkpoint)

@@ -145,7 +145,6 @@ def _run(parsed: argparse.Namespace) -> None:
 
 
 def _score(parsed: argparse.Namespace) -> None:
-    import time
 
     import numpy as np
 
@@ -153,11 +152,10 @@ def _score(parsed: argparse.Namespace) -> None:
     from bayes_hw.files import check_output_folder, write_json
     from bayes_hw.gap.blind.evidence import read_evidence
     from bayes_hw.gap.blind.score import score_evidence, score_to_dict
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.blind.blind_report import blind_report, share_text
     from bayes_hw.report.page.render import render
 
-    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     evidence = read_evidence(
@@ -165,7 +163,7 @@ def _score(parsed: argparse.Namespace) -> None:
     )
     score = score_evidence(evidence, np.random.default_rng(parsed.seed))
     write_json(out / "score.json", score_to_dict(score, evidence))
-    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
+    origin = provenance_of(parsed)
     written = render(blind_report(score, evidence, origin), out)
     for name, value in score.headline.items():
         say(f"{name:48} {share_text(value)}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
 from bayes_hw.identifiability.next_experiment import SCHEMA
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
 from bayes_hw.report.experiment.confirming_report import confirming_report
 from bayes_hw.report.page.render import render
 
@@ -24,7 +23,7 @@ from bayes_hw.report.page.render import render
 def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     """Make the command, write it with its page, and say what it is. Raises InputError where the axis may do
     none within its limits."""
-    begin, out = time.perf_counter(), Path(parsed.out)
+    out = Path(parsed.out)
     if parsed.check or parsed.about:
         raise InputError("--check and --about go with a sampled posterior; this is a corrected model")
     motion = axis.motion
@@ -39,7 +38,7 @@ def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     found = confirming_experiments(axis.answer, stage, information.outputs, information.nats)
     narrowing = information.narrowing(found[0].u)
     write_experiment(out, stage, found, narrowing)
-    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+    origin = provenance_of(parsed)
     page = confirming_report(parsed.title or model.name, axis, stage, found, narrowing, origin)
     written = render(page, out)
     for one in found:

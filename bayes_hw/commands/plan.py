@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from bayes_hw.commands.options import add_common, add_output
@@ -54,11 +53,10 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say, say_page
     from bayes_hw.files import check_output_folder, staged, write_csv, write_json
     from bayes_hw.first_look.plan import AxisLimits, plan
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.page.render import render
     from bayes_hw.report.plan.plan_report import plan_report
 
-    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     low, high = parsed.stroke
@@ -84,9 +82,7 @@ def run(parsed: argparse.Namespace) -> None:
                 place / f"{name}.csv", {"t": np.arange(len(command)) / found.sample_rate_hz, "u": command}
             )
         write_json(place / "plan.json", content)
-    page = plan_report(
-        found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
-    )
+    page = plan_report(found, limits, provenance_of(parsed))
     written = render(page, out)
     if parsed.quiet:
         return

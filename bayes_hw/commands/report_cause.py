@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import shutil
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.posing import Posed, Start, posed, rested
 from bayes_hw.progress import Progress
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
 from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
@@ -91,7 +90,6 @@ def report_cause(
 ) -> bool:
     """Search for what the model lacks, and report it; False where nothing is found, or records that begin in
     motion come to rest too late for the search to start there."""
-    begin = parsed.begin
     for suspicion in suspicions(beginning):
         progress.say(f"the plain model is doubted: {suspicion}")
     try:
@@ -120,10 +118,7 @@ def report_cause(
     with progress.stage("report"):
         write_cause(out, diagnosis, beginning, chosen)
         records = [*given.records, *given.holdout]
-        seconds = time.perf_counter() - begin
-        page = joint_report(
-            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds, begin), beginning
-        )
+        page = joint_report(diagnosis, provenance_of(parsed, records), beginning)
         written = render(page, out)
     say_corrected(diagnosis)
     say_page(page, written)
