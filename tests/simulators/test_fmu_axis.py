@@ -16,13 +16,13 @@ pytest.importorskip("fmpy")
 pytest.importorskip("pythonfmu")
 
 import fmpy
-from bayes_hw.gap.simulate.force_law import ForceLaw
 from fmpy.fmi2 import FMU2Slave
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
+from bayes_hw.gap.simulate.simulator_chain import ForceLaw
 from bayes_hw.simulators import laws, run_fmu, unit_loop
 from bayes_hw.simulators.corrected import program
 from bayes_hw.simulators.corrected_fmu import INNER, write_wrapper
