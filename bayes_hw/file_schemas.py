@@ -5,7 +5,6 @@ A file may hold more keys than its schema names; none of those required may be m
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -15,7 +14,7 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
 
 from bayes_hw.errors import InputError
-from bayes_hw.files import read_small_text
+from bayes_hw.files import read_json
 from bayes_hw.format_names import CONTROLLER, POSTERIOR, VERDICT
 from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS
 
@@ -270,12 +269,7 @@ def check_file(path: Path, kind: str | None = None) -> str:
 
     Raises InputError that names the file, the place in it and what is wrong there.
     """
-    try:
-        content: Any = json.loads(read_small_text(path))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a JSON file") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error})") from None
+    content = read_json(path)
     found = kind or kind_of(path, content)
     wrong = best_match(Draft202012Validator(schema_of(found)).iter_errors(content))
     if wrong is not None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import io
+import json
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 
 MOST_SETTINGS_BYTES = 16 * 2**20
+GIVE_A_MODEL = "give a model.json, as from bayes-hw identify"
 
 
 @contextmanager
@@ -166,6 +169,23 @@ def write_bytes_atomically(path: Path, content: bytes) -> None:
 def write_text_atomically(path: Path, content: str) -> None:
     """Write `content` as UTF-8 under a temporary name, then rename it to `path`."""
     write_bytes_atomically(path, content.encode("utf-8"))
+
+
+def read_json(path: Path, remedy: str = "give a JSON file") -> Any:
+    """What a JSON file of settings holds; raises InputError that ends in the remedy where it is none."""
+    try:
+        return json.loads(read_small_text(path))
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON ({error}); {remedy}") from None
+
+
+def write_json(path: Path, content: Any, indent: int | None = 1) -> None:
+    """Write `content`, all numbers finite, as JSON under a temporary name, then rename it to `path`."""
+    write_text_atomically(path, json.dumps(content, indent=indent, allow_nan=False) + "\n")
 
 
 def _umask() -> int:

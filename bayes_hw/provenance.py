@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import platform
 import subprocess
 import time
@@ -71,6 +72,12 @@ def provenance(
         seconds=seconds,
         began=began,
     )
+
+
+def provenance_of(parsed: argparse.Namespace, records: Sequence[Record] = ()) -> Provenance:
+    """That of the command that these options are of, until now."""
+    seconds = time.perf_counter() - parsed.begin
+    return provenance(parsed.command_line, parsed.seed, records, seconds, parsed.begin)
 
 
 def _origin(record: Record) -> tuple[str, str]:

@@ -17,7 +17,7 @@ from study import plainly_named, start_study
 
 from bayes_hw.commands.demo import RECORD_SEED
 from bayes_hw.files import write_text_atomically
-from bayes_hw.gap.blind.open_case import write_open_case
+from bayes_hw.gap.blind.make import write_open_case
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS

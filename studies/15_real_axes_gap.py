@@ -29,8 +29,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis, diagnose
-from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.gap.simulate.rigid_axis import RigidAxis
+from bayes_hw.gap.simulate.simulator_chain import ForceLaw
 from bayes_hw.record import Columns, Record, Units
 
 DATA = SHARED_DATA / "data"

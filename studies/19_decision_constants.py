@@ -14,7 +14,6 @@ Finished cases stay in OUT/work until the results are written, so that a run tha
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Iterator
 from dataclasses import asdict, replace
@@ -36,11 +35,11 @@ from blind_check.tails import TailFit, standardized_errors
 from pages.decision_report import decision_report, stated_of_blocks
 from study import Study, start_study
 
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.gap.blind.evidence import CaseTruth, CaseVerdict, Evidence
 from bayes_hw.gap.blind.run import DIAGNOSIS, FROM_RECORDS, GIVEN_MODEL
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 
 WITH_BALLOT = "blind_check.ballot:diagnose_with_ballot"
@@ -87,7 +86,7 @@ def main() -> None:
         name: value if name == "sigma_log_sd" else float(f"{value:.{FIGURES}g}")
         for name, value in asdict(replace(fit.adopted, **astray)).items()
     }
-    write_text_atomically(study.out / "calibration.json", json.dumps(adopted, indent=1) + "\n")
+    write_json(study.out / "calibration.json", adopted)
     study.write_document(decision_report(fit, tails, seeds, study.origin()))
     from_records, around_models = dict[str, object](), dict[str, object]()
     if study.from_records and study.diagnosis == DIAGNOSIS:
@@ -149,7 +148,7 @@ def fit_from_records(study: Study) -> dict[str, object]:
     by_hand = JointCalibration.built_in()
     fitted = asdict(calibrate_jointly(cases, by_hand))
     adopted = {name: float(f"{value:.{FIGURES}g}") for name, value in fitted.items()}
-    write_text_atomically(study.out / "joint_calibration.json", json.dumps(adopted, indent=1) + "\n")
+    write_json(study.out / "joint_calibration.json", adopted)
     return {
         "cases": len(cases),
         "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
@@ -179,7 +178,7 @@ def fit_around_models(study: Study) -> dict[str, object]:
         name: {"value": float(f"{value:.{FIGURES}g}"), "log_sd": float(f"{doubts[name]:.2g}")}
         for name, value in asdict(fitted).items()
     }
-    write_text_atomically(study.out / "given_calibration.json", json.dumps(adopted, indent=1) + "\n")
+    write_json(study.out / "given_calibration.json", adopted)
     return {
         "cases": len(cases),
         "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import time
@@ -18,7 +17,7 @@ from manifest import REPORTS, code_digest, new_manifest, read_manifest
 from bayes_hw.analysis import Analysis
 from bayes_hw.commands.axis import write_analysis
 from bayes_hw.executor import Executor, make_executor
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.gap.blind.run import DIAGNOSIS
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import Provenance, provenance
@@ -66,9 +65,7 @@ class Study:
     def write_results(self, results: Mapping[str, Any]) -> None:
         """Write results.json, with the name and seed first."""
         content = {"study": self.name, "seed": self.seed, "quick": self.quick, **results}
-        write_text_atomically(
-            self.out / "results.json", json.dumps(content, indent=1, allow_nan=False) + "\n"
-        )
+        write_json(self.out / "results.json", content)
         self.results_written = True
         self._finish()
 

@@ -16,7 +16,7 @@ from strokes import draw_strokes
 
 from bayes_hw.cli import build_parser, main
 from bayes_hw.commands import demo
-from bayes_hw.gap.blind import open_case
+from bayes_hw.gap.blind import make
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.plant.kinds import KINDS
@@ -44,7 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(demo, "run_command", run_shorter)
         draw_strokes(patch)
         few_orders(patch)
-        patch.setattr(open_case, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(20.0,))})
+        patch.setattr(make, "KINDS", {"easy": replace(KINDS["easy"], durations_s=(20.0,))})
         patch.chdir(tmp_path_factory.mktemp("demo"))
         yield Path.cwd()
 

@@ -30,7 +30,7 @@ def folder(small_axis: HammersteinWiener, tmp_path: Path, monkeypatch: pytest.Mo
     """Two records with a ramp on the reading and one held out."""
     write_axis(tmp_path, small_axis)
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
-        record = measured(small_axis, 400, seed=seed)
+        record = measured(small_axis, 300, seed=seed)
         drifting = Record(
             record.name, record.t, record.u, record.y + 0.004 * record.t, record.sample_rate_hz, record.units
         )

@@ -12,10 +12,12 @@ from bayes_hw.errors import InputError
 from bayes_hw.files import (
     check_output_file,
     check_output_folder,
+    read_json,
     read_small_text,
     staged,
     temporary_sibling,
     write_bytes_atomically,
+    write_json,
     write_text_atomically,
 )
 
@@ -174,3 +176,18 @@ def test_a_file_reached_by_a_link_to_another_disk_is_copied(
         write_text_atomically(place / "a.txt", "new")
     assert real.read_text() == "new"
     assert (tmp_path / "out" / "a.txt").is_symlink()
+
+
+def test_json_is_read_back_and_holds_no_number_that_is_none(tmp_path: Path) -> None:
+    """What cannot be written leaves the file as it was; what cannot be read says what to do."""
+    path = tmp_path / "a.json"
+    write_json(path, {"x": [1.5, None, "é"]})
+    assert read_json(path) == {"x": [1.5, None, "é"]}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(path, {"x": float("nan")})
+    assert read_json(path) == {"x": [1.5, None, "é"]}
+    path.write_text("{")
+    with pytest.raises(InputError, match=r"a\.json: is not JSON .*; give another"):
+        read_json(path, "give another")
+    with pytest.raises(InputError, match=r"b\.json: cannot be read .*; give a JSON file"):
+        read_json(tmp_path / "b.json")

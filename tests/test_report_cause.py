@@ -15,10 +15,9 @@ from simulated_records import measured
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
-from bayes_hw.commands.report_cause import from_rest_on
+from bayes_hw.commands.report_cause import HeldOut, from_rest_on
 from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
-from bayes_hw.gap.joint.posterior.held_out import HeldOut
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import posed
 
@@ -33,7 +32,7 @@ def reported(small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFac
     """A folder where `report` met records whose reading drifts, none held out, and an older posterior lay."""
     folder = write_axis(tmp_path_factory.mktemp("drift"), small_axis)
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):
-        record = measured(small_axis, 400, seed=seed)
+        record = measured(small_axis, 300, seed=seed)
         y = record.y + 0.004 * record.t
         write_record(folder / f"{name}.csv", replace(record, y=y))
     (folder / "azimuth").mkdir()

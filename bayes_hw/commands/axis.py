@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -24,14 +23,13 @@ from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_csv
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.validation import evaluate
-from bayes_hw.infer.doubts import said_of
-from bayes_hw.infer.inference import discard_checkpoint, infer
+from bayes_hw.infer.inference import discard_checkpoint, infer, said_of
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.prediction import Prediction, band_holds, coverage_sentence, predict
 from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.progress import Progress
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
 from bayes_hw.report.page.render import render
 from bayes_hw.report.posterior.posterior_report import posterior_report
 
@@ -66,7 +64,6 @@ def identify_command(parsed: argparse.Namespace) -> None:
 
 def report_command(parsed: argparse.Namespace) -> None:
     """bayes-hw report."""
-    begin = parsed.begin
     settings = sampler_settings(parsed)
     out = Path(parsed.out)
     check_output_folder(out)
@@ -104,9 +101,7 @@ def report_command(parsed: argparse.Namespace) -> None:
         analysis = replace(analysis, check=check)
     with progress.stage("report"):
         write_analysis(out, analysis)
-        origin = provenance(
-            parsed.command_line, parsed.seed, [*records, *holdout], time.perf_counter() - begin, begin
-        )
+        origin = provenance_of(parsed, [*records, *holdout])
         page = posterior_report(analysis, origin)
         written = render(page, out)
     discard_checkpoints(parsed.checkpoint)

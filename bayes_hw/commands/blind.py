@@ -149,29 +149,25 @@ def _run(parsed: argparse.Namespace) -> None:
 
 
 def _score(parsed: argparse.Namespace) -> None:
-    import json
-    import time
 
     import numpy as np
 
     from bayes_hw.commands.speech import say
-    from bayes_hw.files import check_output_folder, write_text_atomically
+    from bayes_hw.files import check_output_folder, write_json
     from bayes_hw.gap.blind.evidence import read_evidence
     from bayes_hw.gap.blind.score import score_evidence, score_to_dict
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.blind.blind_report import blind_report, share_text
     from bayes_hw.report.page.render import render
 
-    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     evidence = read_evidence(
         Path(parsed.set), Path(parsed.verdicts), parsed.practice, parsed.seal, parsed.verdicts_sha256
     )
     score = score_evidence(evidence, np.random.default_rng(parsed.seed))
-    content = json.dumps(score_to_dict(score, evidence), indent=1, allow_nan=False)
-    write_text_atomically(out / "score.json", content + "\n")
-    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
+    write_json(out / "score.json", score_to_dict(score, evidence))
+    origin = provenance_of(parsed)
     written = render(blind_report(score, evidence, origin), out)
     for name, value in score.headline.items():
         say(f"{name:48} {share_text(value)}")

@@ -13,7 +13,7 @@ from bayes_hw import __version__
 from bayes_hw.commands.speech import say, warn
 from bayes_hw.errors import InputError
 from bayes_hw.executor import ResultFolder, make_executor
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_small_text, write_json
 from bayes_hw.infer.checkpoint import fingerprint
 from bayes_hw.infer.own_check import OwnCheck, check_own_axis
 from bayes_hw.infer.posterior import Posterior
@@ -70,7 +70,7 @@ def write_structure(out: Path, structure: dict[str, Any] | None) -> None:
 def _add(out: Path, entries: dict[str, Any]) -> None:
     path = out / "posterior.json"
     content = json.loads(path.read_text(encoding="utf-8")) | entries
-    write_text_atomically(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_json(path, content)
 
 
 def say_check(check: OwnCheck) -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +10,12 @@ import numpy as np
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import say, say_page
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects
 from bayes_hw.identifiability.confirming_experiment import Experiment, Stage, confirming_experiments
 from bayes_hw.identifiability.motion_limits import MotionLimits
 from bayes_hw.identifiability.next_experiment import SCHEMA
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
 from bayes_hw.report.experiment.confirming_report import confirming_report
 from bayes_hw.report.page.render import render
 
@@ -25,7 +23,7 @@ from bayes_hw.report.page.render import render
 def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     """Make the command, write it with its page, and say what it is. Raises InputError where the axis may do
     none within its limits."""
-    begin, out = time.perf_counter(), Path(parsed.out)
+    out = Path(parsed.out)
     if parsed.check or parsed.about:
         raise InputError("--check and --about go with a sampled posterior; this is a corrected model")
     motion = axis.motion
@@ -40,7 +38,7 @@ def confirm(parsed: argparse.Namespace, axis: AxisWithEffects) -> None:
     found = confirming_experiments(axis.answer, stage, information.outputs, information.nats)
     narrowing = information.narrowing(found[0].u)
     write_experiment(out, stage, found, narrowing)
-    origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin)
+    origin = provenance_of(parsed)
     page = confirming_report(parsed.title or model.name, axis, stage, found, narrowing, origin)
     written = render(page, out)
     for one in found:
@@ -72,5 +70,4 @@ def write_experiment(out: Path, stage: Stage, found: list[Experiment], narrowing
     }
     with staged(out) as place:
         write_csv(place / "command.csv", {"t": np.arange(len(first.u)) / stage.sample_rate_hz, "u": first.u})
-        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
-        write_text_atomically(place / "experiment.json", text)
+        write_json(place / "experiment.json", content)

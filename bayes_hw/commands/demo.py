@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(parsed: argparse.Namespace) -> None:
     """Simulate, then run the commands that it prints; raises InputError where the folder cannot be used."""
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.blind.open_case import write_open_case
+    from bayes_hw.gap.blind.make import write_open_case
 
     out = Path(parsed.out)
     case = out / "case"

@@ -56,7 +56,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Read posterior and controllers, compute, write and say."""
-    import time
     from pathlib import Path
 
     import numpy as np
@@ -73,11 +72,10 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.gap.any_corrected import read_corrected_axis
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.design.design_report import design_report
     from bayes_hw.report.page.render import remove_pages, render
 
-    begin = parsed.begin
     if not 0.5 <= parsed.share < 1:
         raise InputError(f"--share {parsed.share:g}: must be at least 0.5 and below 1")
     if parsed.draws < 100:
@@ -123,7 +121,7 @@ def run(parsed: argparse.Namespace) -> None:
     warn_of_refuted(posterior)
     if not parsed.no_report:
         with progress.stage("report"):
-            origin = provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
+            origin = provenance_of(parsed)
             page = design_report(found, origin)
             written = render(page, out)
     for line in headlines(found):

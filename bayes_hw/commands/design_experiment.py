@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from bayes_hw.commands.options import add_common, add_output
@@ -74,11 +73,10 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.identifiability.next_experiment import design_experiment, stored_records
     from bayes_hw.infer.posterior import Posterior
     from bayes_hw.progress import Progress
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.experiment.experiment_report import experiment_report
     from bayes_hw.report.page.render import render
 
-    begin = parsed.begin
     out, progress = Path(parsed.out), Progress(parsed.quiet)
     if not parsed.duration > 0:
         raise InputError(f"--duration {parsed.duration:g}: must be positive")
@@ -118,7 +116,7 @@ def run(parsed: argparse.Namespace) -> None:
             progress=progress,
         )
     write_design(out, design, check)
-    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
+    origin = provenance_of(parsed, records)
     title = parsed.title or posterior.axis.model.name
     page = experiment_report(title, design, posterior, check, origin)
     written = render(page, out)

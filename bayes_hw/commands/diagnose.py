@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -109,7 +108,6 @@ def run(parsed: argparse.Namespace) -> None:
         write_corrected_simulator,
     )
 
-    begin = parsed.begin
     out = Path(parsed.out)
     drive_of(parsed)
     known = known_labels()
@@ -119,7 +117,7 @@ def run(parsed: argparse.Namespace) -> None:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
     folder = parsed.case[0] if len(parsed.case) == 1 and not parsed.holdout else None
     if folder is None and parsed.case and parsed.model is None and parsed.simulator is None:
-        _from_records(parsed, out, begin)
+        _from_records(parsed, out)
         return
     if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
@@ -166,7 +164,7 @@ def run(parsed: argparse.Namespace) -> None:
     for done in notes:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
-        _joint(parsed, out, begin, case.train, case.holdout, case.name, (OWN_MODEL,))
+        _joint(parsed, out, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
     if parsed.known:
         warn(
@@ -174,7 +172,7 @@ def run(parsed: argparse.Namespace) -> None:
             "records alone to ask whether the gap follows them"
         )
     if isinstance(case, Case) and not parsed.without and needs_ports(case.model):
-        _joint(parsed, out, begin, case.train, case.holdout, case.name, (), case.model)
+        _joint(parsed, out, case.train, case.holdout, case.name, (), case.model)
         return
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
@@ -192,12 +190,12 @@ def run(parsed: argparse.Namespace) -> None:
         write_corrected_simulator(axis, diagnosis, out / CORRECTED, rng)
     remove_pages(out)
     if not parsed.no_report:
-        from bayes_hw.provenance import provenance
+        from bayes_hw.provenance import provenance_of
         from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
         with progress.stage("report"):
             records = [*case.train, *case.holdout]
-            origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
+            origin = provenance_of(parsed, records)
             page = diagnosis_report(diagnosis, origin)
             written = render(page, out)
     if parsed.no_report:
@@ -278,7 +276,7 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
     return any(record.sha256 in digests for record in train)
 
 
-def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
+def _from_records(parsed: argparse.Namespace, out: Path) -> None:
     """Diagnose records without any model."""
     from bayes_hw.commands.records import axis_name, records_of
     from bayes_hw.files import check_output_folder
@@ -293,13 +291,12 @@ def _from_records(parsed: argparse.Namespace, out: Path, begin: float) -> None:
         )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
-    _joint(parsed, out, begin, given.records, given.holdout, parsed.title or axis_name(parsed.case), ())
+    _joint(parsed, out, given.records, given.holdout, parsed.title or axis_name(parsed.case), ())
 
 
 def _joint(
     parsed: argparse.Namespace,
     out: Path,
-    begin: float,
     train: Sequence[Record],
     holdout: Sequence[Record],
     name: str,
@@ -336,12 +333,11 @@ def _joint(
     diagnosis.write(out)
     remove_pages(out)
     if not parsed.no_report:
-        from bayes_hw.provenance import provenance
+        from bayes_hw.provenance import provenance_of
         from bayes_hw.report.diagnosis.joint_report import joint_report
 
         with progress.stage("report"):
-            seconds = time.perf_counter() - begin
-            origin = provenance(parsed.command_line, parsed.seed, [*train, *holdout], seconds, begin)
+            origin = provenance_of(parsed, [*train, *holdout])
             page = joint_report(diagnosis, origin)
             written = render(page, out)
         say_page(page, written)

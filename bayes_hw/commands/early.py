@@ -27,9 +27,9 @@ def refuse_early(parsed: argparse.Namespace) -> None:
     model = getattr(parsed, "model", None)
     content: object = None
     if isinstance(model, str) and not model.lower().endswith(".mat"):
-        from bayes_hw.model.model_file import load_model_json
+        from bayes_hw.files import GIVE_A_MODEL, read_json
 
-        content = load_model_json(Path(model))
+        content = read_json(Path(model), GIVE_A_MODEL)
     posterior = getattr(parsed, "posterior", None)
     if isinstance(posterior, str) and not any((Path(posterior) / name).is_file() for name in POSTERIORS):
         raise InputError(

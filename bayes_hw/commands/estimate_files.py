@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_json
 from bayes_hw.identify.result import Identification, RecordFit
 from bayes_hw.record import Record
 
@@ -38,5 +37,5 @@ def write_identification(
     content = identification.to_dict() | {"validation": [asdict(fit) for fit in validation]} | origin
     model = identification.model.to_dict() | origin | {"structure": identification.pool.to_dict()}
     with staged(out) as place:
-        write_text_atomically(place / "model.json", json.dumps(model, indent=2, allow_nan=False) + "\n")
-        write_text_atomically(place / "fit.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+        write_json(place / "model.json", model, 2)
+        write_json(place / "fit.json", content)

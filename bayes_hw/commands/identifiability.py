@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from bayes_hw.commands.options import (
@@ -44,11 +43,10 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.identifiability.analysis import analyse_identifiability
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.progress import Progress
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.identifiability.identifiability_report import identifiability_report
     from bayes_hw.report.page.render import render
 
-    begin = parsed.begin
     settings = sampler_settings(parsed)
     out = Path(parsed.out)
     check_output_folder(out)
@@ -66,7 +64,7 @@ def run(parsed: argparse.Namespace) -> None:
         progress=Progress(parsed.quiet),
     )
     result.write(out)
-    origin = provenance(parsed.command_line, parsed.seed, records, time.perf_counter() - begin, begin)
+    origin = provenance_of(parsed, records)
     page = identifiability_report(result, origin)
     written = render(page, out)
     if not result.converged:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from pathlib import Path
 
 from bayes_hw.commands.options import add_common, add_output
@@ -46,20 +45,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Plan, write, and say why; raises InputError before anything is written."""
-    import json
     from dataclasses import asdict
 
     import numpy as np
 
     from bayes_hw.commands.next_step import say_next
     from bayes_hw.commands.speech import say, say_page
-    from bayes_hw.files import check_output_folder, staged, write_csv, write_text_atomically
+    from bayes_hw.files import check_output_folder, staged, write_csv, write_json
     from bayes_hw.first_look.plan import AxisLimits, plan
-    from bayes_hw.provenance import provenance
+    from bayes_hw.provenance import provenance_of
     from bayes_hw.report.page.render import render
     from bayes_hw.report.plan.plan_report import plan_report
 
-    begin = parsed.begin
     out = Path(parsed.out)
     check_output_folder(out)
     low, high = parsed.stroke
@@ -84,10 +81,8 @@ def run(parsed: argparse.Namespace) -> None:
             write_csv(
                 place / f"{name}.csv", {"t": np.arange(len(command)) / found.sample_rate_hz, "u": command}
             )
-        write_text_atomically(place / "plan.json", json.dumps(content, indent=1) + "\n")
-    page = plan_report(
-        found, limits, provenance(parsed.command_line, parsed.seed, [], time.perf_counter() - begin, begin)
-    )
+        write_json(place / "plan.json", content)
+    page = plan_report(found, limits, provenance_of(parsed))
     written = render(page, out)
     say(f"commands: {out / 'train.csv'}, to play twice, and {out / 'holdout.csv'}, once")
     say_page(page, written)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
-import time
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +16,45 @@ from bayes_hw.commands.estimate_files import band_file_names, write_identificati
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
-from bayes_hw.gap.joint.posterior.held_out import HeldOut, held_out_of
 from bayes_hw.posing import Posed, Start, posed, rested
 from bayes_hw.progress import Progress
-from bayes_hw.provenance import provenance
+from bayes_hw.provenance import provenance_of
+from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
+
+TRAINED_SHARE = 2 / 3
+"""Of a single record; the rest is held out."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Records to train on, those held out, how many of their first samples only lead in, and what was chosen
+    in words, empty where it was given."""
+
+    train: tuple[Record, ...]
+    holdout: tuple[Record, ...]
+    lead: int
+    said: str
+
+
+def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
+    """Of several records the last is held out where none is given, of one its last third."""
+    if holdout:
+        return HeldOut(tuple(records), tuple(holdout), 0, "")
+    last = records[-1]
+    if len(records) > 1:
+        said = f"no record was held out, so that the last, {last.name}, was: it scores and is not fitted"
+        return HeldOut(tuple(records[:-1]), (last,), 0, said)
+    beginning, rest = last.split(TRAINED_SHARE)
+    said = f"no record was held out, so that the last third of {last.name} was: it scores and is not fitted"
+    return HeldOut((beginning,), (last,), len(last) - len(rest), said)
+
 
 CORRECTED_FILES = ["corrected.json", "verdict.json", "holdout_prediction.csv"]
 """What a folder holds where the model of the records was refuted and corrected."""
@@ -63,7 +90,6 @@ def report_cause(
 ) -> bool:
     """Search for what the model lacks, and report it; False where nothing is found, or records that begin in
     motion come to rest too late for the search to start there."""
-    begin = parsed.begin
     for suspicion in suspicions(beginning):
         progress.say(f"the plain model is doubted: {suspicion}")
     try:
@@ -93,10 +119,7 @@ def report_cause(
     with progress.stage("report"):
         write_cause(out, diagnosis, beginning, chosen)
         records = [*given.records, *given.holdout]
-        seconds = time.perf_counter() - begin
-        page = joint_report(
-            diagnosis, provenance(parsed.command_line, parsed.seed, records, seconds, begin), beginning
-        )
+        page = joint_report(diagnosis, provenance_of(parsed, records), beginning)
         written = render(page, out)
     say_corrected(diagnosis)
     say_page(page, written)
@@ -123,8 +146,7 @@ def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chos
     with staged(out, instead_of=PLAIN_FILES) as place:
         diagnosis.write(place)
         shutil.copyfile(place / "corrected.json", place / "model.json")
-        content = json.dumps(corrected_posterior(diagnosis), indent=1, allow_nan=False)
-        write_text_atomically(place / "posterior.json", content + "\n")
+        write_json(place / "posterior.json", corrected_posterior(diagnosis))
         for name, record in zip(names, chosen.holdout, strict=True):
             mean, low, high = predict_corrected(diagnosis.corrected, record.u, record.known)
             bands = {"mean": mean, "lo": low, "hi": high}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.control.notch import Notch, Section
 from bayes_hw.control.state_space import StateSpace, series
 from bayes_hw.errors import InputError
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_json, write_json
 from bayes_hw.format_names import CONTROLLER
 
 RATIO_TOLERANCE = 1e-6
@@ -152,14 +151,7 @@ class Controller:
     def read(cls, path: Path | str) -> Controller:
         """Read a controller file. Raises InputError that names the file, the key and the remedy."""
         path = Path(path)
-        try:
-            data = json.loads(read_small_text(path))
-        except InputError:
-            raise
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read ({error.strerror}); give a controller file") from None
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}: is not JSON ({error}); give a controller file") from None
+        data = read_json(path, "give a controller file")
         try:
             return cls.from_dict(data, path.stem)
         except InputError as error:
@@ -246,8 +238,7 @@ class Controller:
 
     def write(self, path: Path, input_unit: str, output_unit: str) -> None:
         """Write the controller file (to a temporary name, then renamed)."""
-        content = json.dumps(self.to_dict(input_unit, output_unit), indent=1, allow_nan=False)
-        write_text_atomically(path, content + "\n")
+        write_json(path, self.to_dict(input_unit, output_unit))
 
 
 def _number(value: Any, label: str) -> float:

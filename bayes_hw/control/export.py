@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -16,11 +15,10 @@ from bayes_hw.control.allowance import CrossoverCurve, NotchRange
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.design import Design, LoopReport
 from bayes_hw.control.limit_cycles import CycleCheck
-from bayes_hw.control.plant_summary import PlantSummary, Quantity
+from bayes_hw.control.plant_summary import PlantSummary, Quantity, zeros
 from bayes_hw.control.tuning import Tuned, Tuning
 from bayes_hw.control.uncertainty import UncertaintySet
-from bayes_hw.control.zeros import zeros
-from bayes_hw.files import staged, temporary_sibling, write_text_atomically
+from bayes_hw.files import staged, temporary_sibling, write_json
 from bayes_hw.infer.summary import highest_density_interval
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -40,9 +38,9 @@ QUANTILES = (0.03, 0.05, 0.5, 0.95, 0.97)
 
 def write_design(folder: Path, design: Design) -> None:
     """Write design.json, design.mat, and controller_N.json for every tuned controller into `folder`."""
-    text, units = json.dumps(design_content(design), indent=1, allow_nan=False), design.nominal.units
+    content, units = design_content(design), design.nominal.units
     with staged(folder) as place:
-        write_text_atomically(place / "design.json", text + "\n")
+        write_json(place / "design.json", content)
         with temporary_sibling(place / "design.mat") as path:
             savemat(path, matlab_content(design), long_field_names=True, do_compression=True)
         for tuning in design.tunings:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -13,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
 from bayes_hw.gap.answer.corrected_train import corrected_train
@@ -23,10 +22,10 @@ from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
 from bayes_hw.gap.answer.measure import measure
 from bayes_hw.gap.answer.notes import notes_on
+from bayes_hw.gap.answer.ranking import white_choice
 from bayes_hw.gap.answer.sentence import sentence
 from bayes_hw.gap.answer.unknown_noise import of_the_gap, with_plain_estimates, without_small_seconds
 from bayes_hw.gap.answer.verdict import Verdict
-from bayes_hw.gap.answer.white_choice import white_choice
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.block_functions import block_negative_log_p
@@ -93,9 +92,7 @@ class Diagnosis:
         with staged(out, instead_of=[FREE_RESIDUAL, CORRECTED]) as place:
             if isinstance(self.case, Case):
                 content = corrected_train(self.case, self.final, self.draws, self.verdict)
-                write_text_atomically(
-                    place / CORRECTED, json.dumps(content, indent=1, allow_nan=False) + "\n"
-                )
+                write_json(place / CORRECTED, content)
             write_csv(place / "holdout_prediction.csv", columns)
             if self.verdict.answer == (OTHER,):
                 noise = self.decision.explanation.encoder_noise

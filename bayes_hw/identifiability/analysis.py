@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,16 +10,21 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.identifiability.asymmetry import AssumptionTest, check_assumptions
-from bayes_hw.identifiability.cancellation import Cancellation, near_cancellations
 from bayes_hw.identifiability.freed_gains import ASYMMETRIES, with_unit_slopes
 from bayes_hw.identifiability.gain_posterior import FreedRuns, implied_log_sd, sample_freed
 from bayes_hw.identifiability.invariance import Agreement, Contraction, compare_invariants, contractions
 from bayes_hw.identifiability.prior_sensitivity import power_scaling
 from bayes_hw.identifiability.profile import Profile, profile_likelihoods
 from bayes_hw.identifiability.sensitivity import Spectrum, information_spectrum
-from bayes_hw.identifiability.structure import POINTS, Structure, analyse_structure
+from bayes_hw.identifiability.structure import (
+    POINTS,
+    Cancellation,
+    Structure,
+    analyse_structure,
+    near_cancellations,
+)
 from bayes_hw.identifiability.verdict import RULES, ParameterVerdict, flat_verdicts, verdict_on
 from bayes_hw.identify.output_error import fit_output_error, prior_scale
 from bayes_hw.infer.dead_zone_trade import Trade, trade_of
@@ -102,11 +106,11 @@ class Identifiability:
 
     def write(self, folder: Path) -> None:
         """identifiability.json, and freed_draws.csv with draws of the run that has all gains free."""
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        content = self.to_dict()
         flat = self.freed.values.reshape(-1, self.freed.values.shape[-1])
         kept = flat[:: -(-len(flat) // KEPT_DRAWS)]
         with staged(folder) as place:
-            write_text_atomically(place / "identifiability.json", text + "\n")
+            write_json(place / "identifiability.json", content)
             write_csv(place / "freed_draws.csv", dict(zip(self.freed.names, kept.T, strict=True)))
 
 

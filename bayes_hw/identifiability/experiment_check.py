@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import staged, write_csv, write_text_atomically
+from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.identifiability.information_gain import Belief, expected_gain, predicted_widths
 from bayes_hw.identifiability.next_experiment import Design
 from bayes_hw.identify.noise import stationary_autoregression
@@ -122,9 +121,7 @@ def write_design(folder: Path, design: Design, check: WidthCheck | None = None) 
     content = design.to_dict() | ({} if check is None else {"check": check.to_dict()})
     with staged(folder) as place:
         write_csv(place / "command.csv", {"t": t, "u": u})
-        write_text_atomically(
-            place / "experiment.json", json.dumps(content, indent=1, allow_nan=False) + "\n"
-        )
+        write_json(place / "experiment.json", content)
 
 
 def _simulated(design: Design, belief: Belief, draw: int, rng: np.random.Generator) -> Record:

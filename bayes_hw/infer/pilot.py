@@ -23,7 +23,6 @@ from bayes_hw.infer.importance import Trial, importance_trial, independence_shar
 from bayes_hw.infer.laplace import Laplace, LogDensity
 from bayes_hw.infer.mixture import StudentTMixture, defended, fit_student_t_mixture, refitted
 from bayes_hw.infer.moves import weighted_moves
-from bayes_hw.infer.stuck_walkers import without_strays
 from bayes_hw.progress import Progress
 
 PILOT_STEPS = 90
@@ -193,3 +192,22 @@ def _best_mixture(
         share = min(independence_share(acceptance), 0.5)
         plans.append(Plan(proposal, share, acceptance, laplace.straight))
     return max(plans, key=lambda plan: plan.expected_acceptance)
+
+
+def without_strays(chain: FloatArray, log_density: FloatArray, state: EnsembleState) -> EnsembleState:
+    """The ensemble `state` after settling steps, stuck put where other walkers are.
+
+    A stray did not move in all of `chain` (steps, walkers, parameters), and its `log_density` (steps,
+    walkers) is below everything that the walkers that moved went through. What holds it is narrower than the
+    posterior and lower: it has no weight, but a walker would not leave it by itself. A narrow peak that is
+    higher may have weight and keeps its walkers, for the convergence tests to find.
+    """
+    stuck = np.all(chain == chain[0], axis=(0, 2))
+    if stuck.all() or not stuck.any():
+        return state
+    stuck = np.flatnonzero(stuck & (state.log_probability < np.min(log_density[:, ~stuck])))
+    moving = np.flatnonzero(~stuck)
+    coordinates, log_probability = state.coordinates.copy(), state.log_probability.copy()
+    hosts = moving[np.arange(len(stuck)) % len(moving)]
+    coordinates[stuck], log_probability[stuck] = coordinates[hosts], log_probability[hosts]
+    return replace(state, coordinates=coordinates, log_probability=log_probability)

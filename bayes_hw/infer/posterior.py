@@ -14,7 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
+from bayes_hw.files import staged, write_bytes_atomically, write_json
 from bayes_hw.format_names import POSTERIOR
 from bayes_hw.formats.hdf5_probe import is_sound_hdf5
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
@@ -236,10 +236,10 @@ class Posterior:
         """Write posterior.nc and posterior.json into `folder`, both or neither."""
         memory = io.BytesIO()
         self.to_arviz(records).to_netcdf(memory, engine="h5netcdf")
-        text = json.dumps(self.to_dict(), indent=1, allow_nan=False)
+        content = self.to_dict()
         with staged(folder) as place:
             write_bytes_atomically(place / "posterior.nc", memory.getvalue())
-            write_text_atomically(place / "posterior.json", text + "\n")
+            write_json(place / "posterior.json", content)
 
     @classmethod
     def read(cls, folder: Path | str) -> Posterior:

@@ -13,8 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from bayes_hw.infer import prediction
-from bayes_hw.infer.doubts import said_of
-from bayes_hw.infer.inference import Inference, Sampled, infer
+from bayes_hw.infer.inference import Inference, Sampled, infer, said_of
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.start_state import start_of_prediction, started_as

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,14 +12,13 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError, storable_text
-from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.files import GIVE_A_MODEL, read_json, temporary_sibling, write_json
 from bayes_hw.model.blocks import DeadZone, GainNormalization, Saturation
 from bayes_hw.model.idnlhw import read_idnlhw, write_idnlhw
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.known_input import TORQUE, KnownInput
 from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.model.modal import linear_batch, modal_form
-from bayes_hw.model.model_file import load_model_json
 from bayes_hw.model.physical import Physical
 from bayes_hw.record import Units
 
@@ -151,11 +149,9 @@ class HammersteinWiener:
         """
         path = Path(path)
         try:
-            data: Any = read_idnlhw(path) if path.suffix.lower() == ".mat" else load_model_json(path)
+            data: Any = read_idnlhw(path) if path.suffix.lower() == ".mat" else read_json(path, GIVE_A_MODEL)
         except OSError as error:
-            raise InputError(
-                f"{path}: cannot be read ({error.strerror}); give a model.json, as from bayes-hw identify"
-            ) from None
+            raise InputError(f"{path}: cannot be read ({error.strerror}); {GIVE_A_MODEL}") from None
         try:
             model = cls.from_dict(data)
         except InputError as error:
@@ -260,7 +256,7 @@ class HammersteinWiener:
                         f"{self.linear.delay_samples} samples do not hold this model; keep it as .json"
                     )
             return
-        write_text_atomically(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
+        write_json(path, self.to_dict())
 
     def _is_kept_in(self, path: Path) -> bool:
         """Whether the model read from a file answers full steps either way as this one does."""

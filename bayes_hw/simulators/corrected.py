@@ -6,7 +6,6 @@ The program needs nothing of bayes_hw: it carries the text of what simulates her
 from __future__ import annotations
 
 import inspect
-import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from types import ModuleType
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate import signal_kernel
 from bayes_hw.simulators import corrected_run
@@ -78,7 +77,7 @@ def write_numbers(
         closed = [closure(diagnosis, output) for output in outputs]
         said = verdict.gap_holdout.to_dict()
         numbers["holdout"] = {"closed": closed[0], "closed_draws": closed[1:], "said": said}
-    write_text_atomically(folder / NUMBERS, json.dumps(numbers, indent=1) + "\n")
+    write_json(folder / NUMBERS, numbers)
 
 
 def closure(diagnosis: Diagnosis, outputs: Sequence[FloatArray]) -> float:

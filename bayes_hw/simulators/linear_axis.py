@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.case.force import Force
+from bayes_hw.gap.case.simulator import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.model.parameters import Parameter

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.decide import best_of_sets, claims_of, remains_of
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
@@ -118,4 +118,4 @@ def diagnose_with_ballot(folder: Path, out: Path, seed: int, *, jobs: int = 1, w
     diagnosis = diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
     labels = [name for name in diagnosis.verdict.probability if name not in ("none", "other")]
     ballot = ballot_of(diagnosis, labels, calibration)
-    write_text_atomically(out / BALLOT, json.dumps(ballot.to_dict(), allow_nan=False) + "\n")
+    write_json(out / BALLOT, ballot.to_dict(), None)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import write_csv, write_text_atomically
+from bayes_hw.files import write_csv, write_json
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -63,7 +63,7 @@ def black_box(case: Path, out: Path, seed: int, **options: str) -> None:  # noqa
             "hi": after + 2 * spread,
         },
     )
-    write_text_atomically(out / VERDICT, json.dumps(_verdict(used, gain, time.perf_counter() - begin)) + "\n")
+    write_json(out / VERDICT, _verdict(used, gain, time.perf_counter() - begin), None)
 
 
 def nominal_from(model: HammersteinWiener) -> Nominal:

@@ -16,11 +16,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
-from bayes_hw.gap.joint.decision.joint_decision import PART_OF_G, decide
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import PART_OF_G, JointEvidence, decide
 
 PRIOR_SD = 1.2
 FACTORS = np.exp(np.linspace(-1.6, 1.6, 17))

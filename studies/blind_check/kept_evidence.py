@@ -8,7 +8,7 @@ from pathlib import Path
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.blind.joint_ballot import EVIDENCE, GIVEN_EVIDENCE
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import JointEvidence
 
 
 def read_evidence_of(folder: Path) -> JointEvidence:

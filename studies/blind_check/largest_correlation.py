@@ -19,7 +19,7 @@ import numpy as np
 from scipy import signal
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import write_csv, write_text_atomically
+from bayes_hw.files import write_csv, write_json
 from bayes_hw.gap.blind.counts import CLASSES
 from bayes_hw.gap.blind.run import PREDICTION, VERDICT
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
@@ -69,7 +69,7 @@ def largest_correlation(case: Path, out: Path, seed: int, **options: str) -> Non
         {"t": holdout.t, "before": before, "after": after, "lo": after - spread, "hi": after + spread},
     )
     content = _verdict([best] if named else [], shares[best][0], time.perf_counter() - begin)
-    write_text_atomically(out / VERDICT, json.dumps(content) + "\n")
+    write_json(out / VERDICT, content, None)
 
 
 def explained(columns: FloatArray, basis: FloatArray, residual: FloatArray) -> float:

@@ -27,10 +27,10 @@ def _played(motion: FloatArray) -> FloatArray:
 
 def _commands() -> dict[str, FloatArray]:
     """A sweep whose strokes are short, triangles at two speeds, random steps."""
-    t = np.arange(3000) / RATE
+    t = np.arange(2000) / RATE
     sweep = 0.6 * signal.chirp(t, 0.05, t[-1], 3.0)
     triangles = np.sign(np.sin(2 * np.pi * t / 8)) * (0.1 + 0.1 * (t // 16 % 2))
-    steps = np.repeat(np.random.default_rng(4).uniform(-0.5, 0.5, 150), 20)
+    steps = np.repeat(np.random.default_rng(4).uniform(-0.5, 0.5, 100), 20)
     return {"sweep": sweep, "triangles": triangles, "steps": steps}
 
 

@@ -64,7 +64,7 @@ def test_band_holds_the_linear_block_where_limits_are_just_met(kind: str) -> Non
     twin, command = kind.split()
     model, answers = three_twins()[twin], []
     rate = model.sample_rate_hz
-    for seed in (7101, 7102):
+    for seed in (7101,):
         rng = np.random.default_rng(seed)
         if command == "sweeps":
             phases = -np.pi / 4 + 0.1 * np.arange(3)

@@ -16,10 +16,9 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.labels import BLOCKS
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.force_law import ForceLaw
 from bayes_hw.gap.simulate.rigid_axis import RigidAxis
 from bayes_hw.gap.simulate.signal_kernel import command_side, output_side
-from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, simulator_scale
+from bayes_hw.gap.simulate.simulator_chain import ForceLaw, SimulatorBuilder, simulator_scale
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Uniform
 from bayes_hw.record import Record, Units

@@ -96,7 +96,7 @@ def test_validation_on_other_records_prefers_the_cascade(noisy: Identification) 
 
 def test_limits_that_are_never_reached_are_not_invented() -> None:
     records = records_of(0.05, 0.002, count=1)
-    found = identified(records)
+    found = identified(records, max_order=4)
     for name in ("saturation.lower", "saturation.upper"):
         assert not found.blocks_shown[name].shown
         assert any(name in warning for warning in found.warnings)
@@ -107,7 +107,7 @@ def test_limits_that_are_never_reached_are_not_invented() -> None:
 
 
 def test_a_dead_zone_that_is_never_visited_is_not_invented() -> None:
-    found = identified(records_of(0.3, SIGMA, position=3.0), free_start=True)
+    found = identified(records_of(0.3, SIGMA, position=3.0, count=1), free_start=True, max_order=5)
     assert not found.blocks_shown["dead_zone"].shown
     assert found.model.dead_zone.half_width == 0
     assert found.blocks_shown["saturation.lower"].shown

@@ -22,7 +22,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import write_text_atomically
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.force_law import ForceLaw
+from bayes_hw.gap.simulate.simulator_chain import ForceLaw
 from bayes_hw.simulators import laws, run_fmu, unit_loop
 from bayes_hw.simulators.corrected import program
 from bayes_hw.simulators.corrected_fmu import INNER, write_wrapper

@@ -23,8 +23,7 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import SimulatorWithDoors
 from bayes_hw.gap.effects.any_simulator import effects_for
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
-from bayes_hw.gap.simulate.force_law import ForceLaw
-from bayes_hw.gap.simulate.simulator_chain import inner_settings, simulator_scale
+from bayes_hw.gap.simulate.simulator_chain import ForceLaw, inner_settings, simulator_scale
 from bayes_hw.simulators.mjcf_axis import MjcfAxis
 from bayes_hw.simulators.simulator_diagnosis import open_simulator
 

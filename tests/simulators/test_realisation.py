@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.simulators.realisation import Realisation
+from bayes_hw.simulators.fmu_axis import Realisation
 
 STEPS = 600
 

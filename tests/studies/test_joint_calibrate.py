@@ -14,11 +14,9 @@ from blind_check.joint_calibrate import (
     log_deviations,
 )
 
-from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
-from bayes_hw.gap.joint.decision.joint_decision import decide
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import JointEvidence, decide
 from bayes_hw.gap.joint.residuals.remainder import Remainder
 
 QUIET = Remainder(0, 0.0)

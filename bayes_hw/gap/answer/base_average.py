@@ -8,7 +8,8 @@ cases of known parameters ask for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.decide import Decision, best_of_sets
 from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis, held_within_prior
 from bayes_hw.gap.search.attribute import Attribution
@@ -127,3 +129,33 @@ def noise_beside(
     most = calibration.largest_doubt
     half = 0.5 * float(np.clip(apart, -most, most))
     return nominal_sigma * float(np.exp(half)), abs(half)
+
+
+@dataclass(frozen=True)
+class BaseShift:
+    """A base parameter: as given, fitted without effects, and estimated jointly with the answer's effects."""
+
+    name: str
+    nominal: float
+    alone: float
+    joint: Estimate
+
+    @property
+    def pushed(self) -> float:
+        """Fit alone less joint estimate, in standard deviations of the joint estimate."""
+        return (self.alone - self.joint.mean) / self.joint.sd if self.joint.sd > 0 else float("nan")
+
+
+def base_shifts(
+    base: Explanation, nominal_sigma: float, estimates: Mapping[str, Estimate]
+) -> list[BaseShift]:
+    """Every base parameter of `estimates`, those of a verdict.
+
+    `base` is the base model fitted alone, `nominal_sigma` the encoder's noise as given, output units.
+    """
+    hypothesis = base.fit.hypothesis
+    nominal = {p.name: p.nominal for p in hypothesis.parameters}
+    alone = {p.name: float(v) for p, v in zip(hypothesis.parameters, base.fit.values, strict=True)}
+    nominal[NOISE_SIGMA] = nominal_sigma
+    alone[NOISE_SIGMA] = base.encoder_sigma
+    return [BaseShift(name, nominal[name], alone[name], joint) for name, joint in estimates.items()]

@@ -11,17 +11,17 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Verdict
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.catalogue import catalogue
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.simulate.chain_builder import ChainBuilder
+from bayes_hw.infer.posterior import extremes
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.record import Units
+from bayes_hw.record import Record, Units
 
 SCHEMA = "bayes-hw/corrected-train/1"
 KEY = "train"
@@ -141,3 +141,14 @@ def _effect_named(name: str) -> Any:
 
 def _finite(arrays: Sequence[FloatArray]) -> bool:
     return all(np.isfinite(values).all() for values in arrays)
+
+
+def motion_of(records: Sequence[Record]) -> dict[str, object]:
+    """The `motion` of a corrected.json: largest command and its rate of change, smallest and largest command,
+    and the stroke, in the records' units."""
+    return {
+        "velocity": max(float(np.abs(r.u).max()) for r in records),
+        "acceleration": max(float(np.abs(np.diff(r.u)).max()) * r.sample_rate_hz for r in records),
+        "commanded": list(extremes(r.u for r in records)),
+        "stroke": [min(float(r.y.min()) for r in records), max(float(r.y.max()) for r in records)],
+    }

@@ -24,9 +24,8 @@ from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.repeats import repeated_floor
 from bayes_hw.gap.case.simulator_case import SimulatorCase
-from bayes_hw.gap.fit.draws import posterior_draws
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH, posterior_draws
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.noise.random_cause import Tracking
 from bayes_hw.gap.search.attribute import Attribution
 from bayes_hw.gap.simulate.parallel import Each

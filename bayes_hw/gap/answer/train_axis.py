@@ -10,9 +10,14 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.gap.answer.axis_with_effects import AxisWithEffects, commanded_in, posterior_of_draws, said_in
+from bayes_hw.gap.answer.axis_with_effects import (
+    AxisWithEffects,
+    ExpectedInformation,
+    commanded_in,
+    posterior_of_draws,
+    said_in,
+)
 from bayes_hw.gap.answer.corrected_train import hypothesis_of
-from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_batch import PositionLoop, simulate_loops

@@ -14,8 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.decide import Decision
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.fit.plain_fit import plain_fit
+from bayes_hw.gap.fit.fit import Fit, plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.stochastic_fit import autoregression

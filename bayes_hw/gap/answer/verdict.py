@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json
 from bayes_hw.format_names import VERDICT
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
-from bayes_hw.gap.fit.interval import PROBABILITY
+from bayes_hw.gap.fit.draws import PROBABILITY
 from bayes_hw.model.priors import LogNormal
 
 NOISE_SIGMA = "noise.sigma"
@@ -99,7 +98,7 @@ class Verdict:
 
     def write(self, path: Path) -> None:
         """Write verdict.json; numbers that are not finite become null."""
-        write_text_atomically(path, json.dumps(_finite(self.to_dict()), indent=1, allow_nan=False) + "\n")
+        write_json(path, _finite(self.to_dict()))
 
 
 def _finite(value: object) -> object:

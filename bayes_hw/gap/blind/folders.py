@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from bayes_hw.errors import InputError
-from bayes_hw.files import read_small_text, temporary_sibling, write_text_atomically
+from bayes_hw.files import read_small_text, temporary_sibling, write_json
 
 CASES, TRUTH, SEAL = "cases", "truth.zip", "seal.json"
 ORIGIN = "set.json"
@@ -78,7 +78,7 @@ def read_truth(path: Path) -> dict[str, str]:
 
 def write_seal(folder: Path, content: Mapping[str, Any]) -> None:
     """DIR/seal.json."""
-    write_text_atomically(folder / SEAL, json.dumps({"schema": SCHEMA, **content}, indent=1) + "\n")
+    write_json(folder / SEAL, {"schema": SCHEMA, **content})
 
 
 def read_seal(folder: Path) -> dict[str, Any]:

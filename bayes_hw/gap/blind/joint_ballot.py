@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_small_text, write_json
 from bayes_hw.gap import any_train
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import JointEvidence
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.record import Record
 
@@ -28,7 +28,7 @@ def diagnose_from_records(folder: Path, out: Path, seed: int, within_s: float = 
     diagnosis = diagnose_records(train, holdout, rng, name=folder.name, within_s=within_s)
     diagnosis.write(out)
     evidence = JointEvidence.of(diagnosis.found).to_dict()
-    write_text_atomically(out / EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
+    write_json(out / EVIDENCE, evidence, None)
 
 
 def diagnose_given_model(folder: Path, out: Path, seed: int, within_s: float = float("inf")) -> None:
@@ -40,4 +40,4 @@ def diagnose_given_model(folder: Path, out: Path, seed: int, within_s: float = f
         return
     found = any_train.diagnose_case_by_ports(folder, out, seed, within_s).found
     evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
-    write_text_atomically(out / GIVEN_EVIDENCE, json.dumps(evidence, allow_nan=False) + "\n")
+    write_json(out / GIVEN_EVIDENCE, evidence, None)

@@ -15,7 +15,7 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
-from bayes_hw.files import write_text_atomically
+from bayes_hw.files import write_json, write_text_atomically
 from bayes_hw.gap.blind.folders import (
     CASES,
     ORIGIN,
@@ -117,8 +117,8 @@ def write_case(case: BlindCase, folder: Path) -> None:
         "holdout": [f"{case.holdout.name}.csv"],
     }
     model = case.simulator.to_dict("blind axis", case.simulator_sigma)
-    write_text_atomically(folder / "case.json", json.dumps(description, indent=1) + "\n")
-    write_text_atomically(folder / "model.json", json.dumps(model, indent=1) + "\n")
+    write_json(folder / "case.json", description)
+    write_json(folder / "model.json", model)
     for record in (*case.train, case.holdout):
         content = _record_text(record, case.simulator.sample_rate_hz)
         write_text_atomically(folder / f"{record.name}.csv", content)
@@ -154,3 +154,36 @@ def _check(folder: Path, number: int, kind: str, labels: Sequence[Sequence[str]]
     for label in {label for group in labels or () for label in group}:
         if label not in (*LABELS, "other"):
             raise InputError(f"--effects {label}: unknown; use none, other or {', '.join(LABELS)}")
+
+
+@dataclass(frozen=True)
+class OpenCase:
+    """What a simulated axis has that its simulator lacks, and how large the gap is in noise sigmas."""
+
+    labels: tuple[str, ...]
+    forms: tuple[str, ...]
+    gap_over_sigma: tuple[float, ...]
+    train: tuple[str, ...]
+    holdout: str
+
+
+def write_open_case(
+    folder: Path, seed: int, labels: tuple[str, ...], *, kind: str = "easy", duration_s: float | None = None
+) -> OpenCase:
+    """Write case.json, model.json and records of a plant with these faults, and its truth as truth.json.
+
+    The records last `duration_s` each, or as long as the kind of case has them. Same arguments, same files.
+    Raises UnreachableGapError where no axis that is drawn can show the faults.
+    """
+    durations = KINDS[kind].durations_s if duration_s is None else (duration_s,)
+    case = make_case(seed, 0, replace(KINDS[kind], durations_s=durations), labels)
+    write_case(case, folder)
+    write_json(folder / "truth.json", case.truth)
+    truth = case.truth
+    return OpenCase(
+        labels=labels,
+        forms=tuple(truth["form"]),  # type: ignore[arg-type]
+        gap_over_sigma=tuple(truth["gap_over_sigma"]),  # type: ignore[arg-type]
+        train=tuple(f"{record.name}.csv" for record in case.train),
+        holdout=f"{case.holdout.name}.csv",
+    )

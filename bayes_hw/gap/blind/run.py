@@ -15,7 +15,7 @@ from typing import Any
 from bayes_hw import __version__
 from bayes_hw.errors import InputError
 from bayes_hw.executor import Executor, LocalExecutor, ResultFolder
-from bayes_hw.files import read_small_text, write_text_atomically
+from bayes_hw.files import read_small_text, write_json
 from bayes_hw.gap.blind.folders import (
     CASES,
     SEAL,
@@ -117,7 +117,7 @@ def run_set(
         "seconds": {o["case"]: o["seconds"] for o in outcomes},
     }
     content["sha256"] = run_digest(content)
-    write_text_atomically(out / VERDICTS, json.dumps(content, indent=1) + "\n")
+    write_json(out / VERDICTS, content)
     return str(content["sha256"])
 
 
@@ -192,7 +192,7 @@ def copy_case(case: Path, target: Path, *, from_records: bool = False) -> Path:
         description = json.loads(read_small_text(case / DESCRIPTION))
         withheld = description.pop("model")
         files = [name for name in files if name not in (DESCRIPTION, withheld)]
-        write_text_atomically(target / DESCRIPTION, json.dumps(description, indent=1) + "\n")
+        write_json(target / DESCRIPTION, description)
     for name in files:
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(case / name, target / name)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from bayes_hw.errors import InputError
-from bayes_hw.files import read_small_text
+from bayes_hw.files import read_json
 
 EXAMPLE = '{"model": "model.json", "train": ["train_1.csv"], "holdout": ["holdout.csv"]}'
 
@@ -29,14 +28,7 @@ def read_case_file(folder: Path) -> CaseFile:
             f"{folder}: is no case folder; records without a model need --holdout RECORD, which is never "
             "fitted"
         )
-    try:
-        data = json.loads(read_small_text(path))
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give a case folder") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON ({error})") from None
+    data = read_json(path, "give a case folder")
     if not isinstance(data, dict) or not isinstance(data.get("model"), str):
         raise InputError(f'{path}: needs "model", "train" and "holdout", such as {EXAMPLE}')
     for key in ("train", "holdout"):

@@ -9,17 +9,34 @@ A random walk also takes up what a torque does that wanders, most of a wind. Whe
 is likelier than the walk and leaves no function anything, the functions are held against it, and what is slow
 is the disturbance's or the input's, whichever has the more surprising function of few shapes. Measured in
 docs/decisions/0007-blocks-without-a-name.md.
+
+Shapes of friction: functions of a speed and of the time since it turned, at the motor and at the load.
+
+Where the gear twists, the motor turns at other times than the load does.
+
+Shapes of a gear whose stiffness and damping change with the amplitude of its torsion.
+
+Near one amplitude a spring that is not linear acts as a linear one of another stiffness and damping (harmonic
+balance: Krylov and Bogoliubov, Introduction to Nonlinear Mechanics, 1943). These follow the ringing that such
+a spring shifts in phase, where a function of the torsion now would not.
+
+Shapes of an axis that remembers: what follows a limit that was left, or a reversal.
+
+A function of the command or the motion now cannot show them: integrators that wind up behind a limiter,
+hysteresis, torques that build up with the way since the axis turned. They are functions of the time since the
+event, with the sign of the limit or of the motion, and of the command's own changes soon after a limit.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.criticism.free_functions import (
     GAIN,
@@ -34,16 +51,79 @@ from bayes_hw.gap.criticism.free_functions import (
     shapes_of_blocks,
     shapes_of_the_gain,
 )
-from bayes_hw.gap.criticism.friction_shapes import motions_of_the_motor, shapes_of_friction
-from bayes_hw.gap.criticism.memories import shapes_after_reversals
 from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
-from bayes_hw.gap.criticism.springs import shapes_of_springs
 from bayes_hw.gap.effects.labels import BLOCKS, Block
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.slow_noise import wandering_background, wind
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
+from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
+
+AGES_S = (0.0, 0.15, 0.4, 1.0, 2.5)
+"""Knots of the linear splines over the time since an event."""
+
+SOON_S = (0.3, 1.5)
+"""After a limit was left, within which changes of the command count."""
+
+LAGS = (1, 3)
+"""Samples over which these changes are taken."""
+
+AT_REST = 0.02
+"""Of the root mean square speed: below it the axis has not turned yet."""
+
+
+def shapes_of_memories(
+    found: Sequence[Motion], rate: float
+) -> dict[str, tuple[InjectionPoint, list[FloatArray]]]:
+    """For every kind of event the door and the shapes (samples, n), a record each, at `rate` samples a s."""
+    return {
+        "after a limit": ("command", [_after_limits(m, rate) for m in found]),
+        "after a reversal": ("motor_torque", shapes_after_reversals(found, rate)),
+    }
+
+
+def shapes_after_reversals(found: Sequence[Motion], rate: float) -> list[FloatArray]:
+    """Linear splines over the time since the motion turned, with its sign: shapes (samples, n) a record."""
+    return [_after_reversals(m, rate) for m in found]
+
+
+def _after_limits(motion: Motion, rate: float) -> FloatArray:
+    beyond = np.sign(motion.command - motion.limited)
+    left = np.concatenate([[False], (beyond[:-1] != 0) & (beyond[1:] == 0)])
+    side, age = _since(left, np.concatenate([[0.0], beyond[:-1]]), rate)
+    side = np.where(beyond == 0, side, 0.0)
+    soon = np.stack([(side != 0) & (age < seconds) for seconds in SOON_S], axis=1)
+    changes = [change[:, None] * soon for change in lagged(motion.limited, LAGS).T]
+    return np.concatenate([_splines_of_age(age) * side[:, None], *changes], axis=1)
+
+
+def _after_reversals(motion: Motion, rate: float) -> FloatArray:
+    least = AT_REST * float(np.sqrt(np.mean(motion.speed**2)))
+    moving = np.where(np.abs(motion.speed) > least, np.sign(motion.speed), 0.0)
+    latest = _held(moving)
+    turned = np.concatenate([[False], latest[1:] != latest[:-1]])
+    direction, age = _since(turned, latest, rate)
+    return _splines_of_age(age) * direction[:, None]
+
+
+def _held(signs: FloatArray) -> FloatArray:
+    """The last sign that was not zero (samples,), zero before the first."""
+    at = np.maximum.accumulate(np.where(signs != 0, np.arange(len(signs)), 0))
+    return np.asarray(signs[at])
+
+
+def _since(events: BoolArray, signs: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """The sign at the latest of `events` (samples,), zero before the first, and the seconds since."""
+    places = np.arange(len(events))
+    latest = np.maximum.accumulate(np.where(events, places, -1))
+    return np.where(latest >= 0, signs[latest], 0.0), (places - latest) / rate
+
+
+def _splines_of_age(age: FloatArray) -> FloatArray:
+    """Piecewise linear shapes (samples, knots) over the time since an event, the last zero at its knot."""
+    return np.ascontiguousarray(linear_splines_over(age, np.array(AGES_S))[:, :-1])
+
 
 MANY_LAGS = (1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64)
 FLOOR = 10.0
@@ -193,3 +273,52 @@ def with_floor(negative_log_p: Mapping[str, float], scattered: bool) -> dict[str
     """
     floor = FLOOR_OF_SCATTER if scattered else FLOOR
     return {**negative_log_p, "sensor": max(negative_log_p["sensor"], floor)}
+
+
+def motions_of_the_motor(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[Motion]:
+    """The same with the motor's angle and speed for the load's: ahead of it by the torsion of the gear.
+
+    The load's own where the drive train is not known.
+    """
+    moved = []
+    for motion in found:
+        torsion = chain.torsions(motion.limited[:, None])[:, 0]
+        speed = motion.speed + np.gradient(torsion) * scale.rate
+        moved.append(replace(motion, w=motion.w + torsion, speed=speed))
+    return moved
+
+
+def shapes_of_friction(found: Sequence[Motion], rate: float) -> list[FloatArray]:
+    """Shapes (samples, n) a record: the sign of the speed, splines over it, and what follows a reversal."""
+    speeds = linear_splines([m.speed for m in found])
+    turned = shapes_after_reversals(found, rate)
+    signs = [np.sign(m.speed)[:, None] for m in found]
+    return [np.concatenate(all_three, axis=1) for all_three in zip(signs, speeds, turned, strict=True)]
+
+
+AMPLITUDES = 3
+"""Linear splines over the amplitude."""
+
+
+def shapes_of_springs(found: Sequence[Motion], chain: SignalChain, scale: AxisScale) -> list[FloatArray]:
+    """Torsion and its rate at every amplitude, shapes (samples, 2 AMPLITUDES) a record, of a gear torque.
+
+    The amplitude is the root mean square over the last period of the first mode. No shapes (samples, 0)
+    where the drive train is not known.
+    """
+    nothing = [np.zeros((len(m.w), 0)) for m in found]
+    torsion = [chain.torsions(m.limited[:, None])[:, 0] for m in found]
+    if not any(np.any(phi) for phi in torsion):
+        return nothing
+    period = max(round(scale.rate / scale.first_mode_hz), 1)
+    amplitudes = linear_splines([_recent_rms(phi, period) for phi in torsion], AMPLITUDES)
+    return [
+        np.concatenate([phi[:, None] * own, np.gradient(phi)[:, None] * scale.rate * own], axis=1)
+        for phi, own in zip(torsion, amplitudes, strict=True)
+    ]
+
+
+def _recent_rms(signal: FloatArray, period: int) -> FloatArray:
+    """Root mean square (samples,) of a signal over the last `period` samples, zeros before the first."""
+    sums = np.cumsum(np.concatenate([np.zeros(period), signal**2]))
+    return np.sqrt(np.maximum(sums[period:] - sums[:-period], 0.0) / period)

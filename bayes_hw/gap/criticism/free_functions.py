@@ -5,18 +5,24 @@ splines over time) that enters where its block does and reaches the output throu
 what is missing can have any form. Where one of them still takes something of the residual, structure is left;
 which of them takes most says where. Base tangents are projected off: what re-estimating the base could do
 does not count.
+
+Inflated variance of slow noise: it grows to hold whatever no effect of the catalogue does.
+
+Held against noise that strong a cause explains little. With the cause told by a free function less noise is
+needed: what both come to is a likelihood ratio, where `free_functions` has the score at full strength.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import SignalChain
@@ -242,3 +248,42 @@ def directions(columns: FloatArray, left: FloatArray) -> tuple[FloatArray, Float
     u, s, vt = np.linalg.svd(triangle[:-1, :-1])
     kept = s > SMALLEST_DIRECTION * s.max(initial=0.0)
     return u[:, kept].T @ triangle[:-1, -1], s[kept], vt[kept]
+
+
+STRENGTHS = (1.0, 0.1, 0.01)
+"""Of the variance of the slow noise, from what it is on."""
+
+AS_NOISE = "disturbance"
+"""The block whose free function of time is what slow noise is itself: less noise beside it says nothing."""
+
+
+def free_functions_with_free_variance(
+    shown: Mapping[str, Sequence[FloatArray]],
+    residuals: Sequence[FloatArray],
+    fit: Fit,
+    noise: StateNoise,
+) -> list[FreeFunction]:
+    """Every free function under the strength of the slow `noise` at which it and the noise explain
+    `residuals` (samples,), a record each, best; its gain is that over the base at the strength that suits it.
+    """
+    best: dict[str, tuple[float, FreeFunction]] = {}
+    alone = -np.inf
+    for strength in STRENGTHS:
+        weaker = noise.weaker(strength)
+        base = weaker.fitted_to(residuals).log_likelihood + _gain_of_base(residuals, fit.jacobians, weaker)
+        alone = max(alone, base)
+        for function in free_functions(shown, residuals, fit.jacobians, weaker):
+            total = base + function.gain
+            known = best.get(function.block)
+            if known is None or (total > known[0] and function.block != AS_NOISE):
+                best[function.block] = (total, function)
+    return [replace(function, gain=total - alone) for total, function in best.values()]
+
+
+def _gain_of_base(
+    residuals: Sequence[FloatArray], tangents: Sequence[FloatArray], noise: StateNoise
+) -> float:
+    """Log-likelihood that re-estimating the base would gain."""
+    basis = np.linalg.qr(np.concatenate([noise.whiten(j, r) for r, j in enumerate(tangents)]))[0]
+    taken = basis.T @ np.concatenate([noise.whiten(e[:, None], r)[:, 0] for r, e in enumerate(residuals)])
+    return 0.5 * float(taken @ taken)

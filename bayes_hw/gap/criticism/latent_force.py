@@ -15,8 +15,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.fit.fit import Fit
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.columns import linear_splines_over
 from bayes_hw.gap.simulate.injection_point import InjectionPoint

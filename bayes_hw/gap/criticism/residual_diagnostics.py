@@ -19,20 +19,20 @@ import numpy as np
 from scipy.stats import gamma, norm
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.criticism.block_functions import shapes_of_memories
 from bayes_hw.gap.criticism.free_functions import (
     GAIN,
     Motion,
     directions,
     free_functions,
+    free_functions_with_free_variance,
     linear_splines,
     motions,
     responses_of_blocks,
     shapes_that_only_tell,
 )
 from bayes_hw.gap.criticism.heteroscedasticity import regimes_of, steadiness, unevenness
-from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
-from bayes_hw.gap.criticism.variance_inflation import free_functions_with_free_variance
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
 from bayes_hw.gap.noise.random_cause import ROUNDING

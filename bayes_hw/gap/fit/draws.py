@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from emcee import EnsembleSampler
 from emcee.moves import DEMove
+from scipy.stats import norm
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.exact_maximum import DisplayDensity, exact_likelihood
@@ -19,6 +20,12 @@ from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.infer.importance import acceptance_from_weights
 from bayes_hw.infer.mixture import StudentTMixture, laplace_proposal, refitted
 from bayes_hw.infer.moves import IndependenceMove
+
+PROBABILITY = 0.94
+
+NORMAL_HALF_WIDTH = float(norm.ppf((1 + PROBABILITY) / 2))
+"""Half the width of that interval of a normal variable, in its standard deviations."""
+
 
 WALKERS = 64
 BURN_IN = 8

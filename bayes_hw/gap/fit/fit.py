@@ -16,7 +16,7 @@ from bayes_hw.gap.fit.fit_kernel import agreeing, forward_differences, normal_eq
 from bayes_hw.gap.fit.free_level import level_of, without_level
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.least_trimmed_squares import best_stretches
-from bayes_hw.gap.noise.whitener import Whitener, bridge, readings_of
+from bayes_hw.gap.noise.whitener import Plain, Whitener, bridge, readings_of
 from bayes_hw.gap.simulate.builder import SignalChain
 from bayes_hw.gap.simulate.columns import column, misses, only_where, square_sums
 
@@ -346,3 +346,24 @@ def _damped_step(precision: FloatArray, gradient: FloatArray, damping: float) ->
         return None
     _, step, failed = dposv(damped, gradient)
     return None if failed else np.asarray(step)
+
+
+NOISE_SHARE = 1 / 3
+"""Of what the base model leaves: the noise assumed to start with."""
+
+ROUNDS = 4
+
+
+def plain_fit(start: Fit, measured: Sequence[FloatArray]) -> Fit:
+    """Plain least squares from `start`, the noise taken to be what is left."""
+    current = start
+    for _ in range(ROUNDS):
+        noise = Plain(current.rmse, masked=current.unread or ())
+        current = fit(current.hypothesis, measured, current.coordinates, noise)
+    return current
+
+
+def first_sigma(base: Hypothesis, measured: Sequence[FloatArray]) -> float:
+    """A noise to start with, output units, where none is given."""
+    rough = Plain(float(np.std(np.concatenate(list(measured)))), masked=base.unread or ())
+    return NOISE_SHARE * plain_fit(fit(base, measured, base.prior_means, rough), measured).rmse

@@ -243,3 +243,12 @@ def held_within_prior(hypothesis: Hypothesis, drawn: FloatArray, centre: FloatAr
     deviations = np.abs(hypothesis.prior_deviations(drawn)[:, : hypothesis.base_count])
     farthest = np.max(deviations, axis=1, keepdims=True)
     return np.asarray(centre + (drawn - centre) * (LARGEST_STRAIN / np.maximum(farthest, LARGEST_STRAIN)))
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A start for an effect: parameter values and the reduction it promises."""
+
+    effect: Effect
+    values: tuple[float, ...]
+    reduction: float

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.parallel import Each
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,15 +13,15 @@ from scipy.signal import welch
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import crew
 from bayes_hw.errors import InputError
-from bayes_hw.files import staged, write_csv
+from bayes_hw.files import staged, write_csv, write_json
+from bayes_hw.gap.answer.corrected_train import motion_of
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.locate import Location
-from bayes_hw.gap.answer.recorded_motion import motion_of
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import NOISE_SIGMA, Estimate, Verdict
 from bayes_hw.gap.case.case import check_records
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.answer.encoder_noise import encoder_sigma, noise_doubt
@@ -117,8 +116,7 @@ class JointDiagnosis:
         with staged(out, instead_of=["free_residual.csv"]) as place:
             write_csv(place / "holdout_prediction.csv", columns)
             self.verdict.write(place / "verdict.json")
-            text = json.dumps(self.corrected, indent=1, allow_nan=False) + "\n"
-            (place / "corrected.json").write_text(text, encoding="utf-8")
+            write_json(place / "corrected.json", self.corrected)
 
 
 def diagnose_records(

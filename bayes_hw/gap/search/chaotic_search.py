@@ -13,10 +13,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import evaluated
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.multistart import square_errors

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.candidate import Candidate
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.search.screen import Screen
 from bayes_hw.gap.simulate.parallel import Each
 

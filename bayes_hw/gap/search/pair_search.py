@@ -10,10 +10,9 @@ from itertools import combinations
 import numpy as np
 
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, fit
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
 from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.search.joint_screen import promising_pairs
 from bayes_hw.gap.search.screen import Screen, best_forms, distinct

@@ -22,8 +22,7 @@ from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.simulate.builder import SignalChain
-from bayes_hw.gap.simulate.injection_point import InjectionPoint
-from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates
+from bayes_hw.gap.simulate.injection_point import NO_STATES, InjectionPoint, InjectionStates
 from bayes_hw.gap.simulate.wave_kernel import add_products, turns_of, wave_responses
 from bayes_hw.model.lanes import LANES, filled_up
 

@@ -15,8 +15,8 @@ from bayes_hw.gap.effects.any_simulator import STOCHASTIC_ON_OUTPUT, effects_for
 from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
+from bayes_hw.gap.fit.fit import first_sigma
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.plain_fit import first_sigma
 from bayes_hw.gap.simulate.builder import Builder
 from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder, inner_settings, simulator_scale

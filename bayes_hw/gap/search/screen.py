@@ -16,9 +16,9 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.effects.effect import Effect, PeriodicEffect
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.fit.free_level import level_columns
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.noise.spectra import standing_out
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.period_scan import scan_periods

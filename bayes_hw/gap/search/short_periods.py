@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from functools import partial
 
 from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.continuation import can_be_led, led, measured_positions
 from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.fit.joint_fits import JointFits, cheapest_of_each, joined
 from bayes_hw.gap.search.screen import Screen, most_promising
 from bayes_hw.gap.simulate.parallel import Each

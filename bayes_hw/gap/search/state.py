@@ -10,10 +10,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.criticism.residual_diagnostics import leaves_structure
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, repeats_far_ahead, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
-from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
 from bayes_hw.gap.fit.joint_fits import FIRST_ITERATIONS, JointFits
 from bayes_hw.gap.noise.glitches import Glitches
 from bayes_hw.gap.noise.whitener import Plain, only_read

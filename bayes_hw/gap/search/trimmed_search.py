@@ -13,9 +13,9 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, fit, fitted_on
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.fit.joint_fits import MORE_ITERATIONS, cheapest_of_each, joined
 from bayes_hw.gap.fit.least_trimmed_squares import best_stretches
 from bayes_hw.gap.noise.whitener import Plain

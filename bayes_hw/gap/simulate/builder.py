@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.simulate.injection_point import InjectionPoint
+from bayes_hw.gap.simulate.injection_point import InjectionPoint, InjectionStates
 from bayes_hw.gap.simulate.path import Path
 from bayes_hw.gap.simulate.resonator import Resonator
-from bayes_hw.gap.simulate.small_signals import InjectionStates
 from bayes_hw.model.parameters import Parameter
 
 Signals: TypeAlias = tuple[FloatArray, FloatArray]

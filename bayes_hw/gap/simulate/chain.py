@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.simulate.injection_point import InjectionPoint
+from bayes_hw.gap.simulate.injection_point import NO_STATES, InjectionPoint, InjectionStates
 from bayes_hw.gap.simulate.path import Path, states
-from bayes_hw.gap.simulate.small_signals import NO_STATES, InjectionStates
 
 
 @dataclass(frozen=True)

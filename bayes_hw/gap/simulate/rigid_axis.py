@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.case.force import Force
+from bayes_hw.gap.case.simulator import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Identity, Logarithm, LogNormal, Normal

@@ -8,15 +8,12 @@ from typing import ClassVar
 import numpy as np
 
 from bayes_hw.plant.beam.simulation import BeamRun
-from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
-from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
+from bayes_hw.plant.effects import CATALOGUE as HOME_CATALOGUE
+from bayes_hw.plant.effects.command import RateLimit
+from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform, with_own
 from bayes_hw.plant.effects.linear import (
     LARGEST_MASS_RATIO,
     MASS_RATIO,
-    CubicStiffness,
-    TransportDelay,
     frequency_clear_of_modes,
 )
 from bayes_hw.plant.effects.off_catalogue import (
@@ -30,12 +27,7 @@ from bayes_hw.plant.effects.off_catalogue import (
 )
 from bayes_hw.plant.effects.second_group import BrownOut, DirectionalGain, QuadraticDrag
 from bayes_hw.plant.effects.sensor import (
-    Eccentricity,
-    GainAsymmetry,
-    Outliers,
     Quantization,
-    SensorDrift,
-    TimingJitter,
 )
 from bayes_hw.plant.effects.unseen import Derating, HuntingGain
 from bayes_hw.plant.integrator import EXTERNAL_LOST
@@ -117,25 +109,7 @@ class WarmMotor(Effect):
         return {"share": min(0.06 * strength, 0.9), "tau_s": self.tau_s}
 
 
-CATALOGUE: tuple[type[Effect], ...] = (
-    ControllerRamp,
-    SaturationDrift,
-    CommandBias,
-    GainDrift,
-    TransportDelay,
-    FurtherMode,
-    CubicStiffness,
-    DryFriction,
-    Backlash,
-    TorqueRipple,
-    Wind,
-    Rounding,
-    Eccentricity,
-    SensorDrift,
-    TimingJitter,
-    GainAsymmetry,
-    Outliers,
-)
+CATALOGUE = with_own(HOME_CATALOGUE, (ControllerRamp, FurtherMode, Rounding))
 
 UNNAMED: tuple[type[Effect], ...] = (
     BoucWen,

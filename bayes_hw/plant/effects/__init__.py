@@ -1,122 +1,31 @@
-"""The faults of the plant, one file a place in the axis."""
+"""The faults of the plant, one file a place in the axis or a group of those without a name."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.drive import Backlash, DryFriction, TorqueRipple
-from bayes_hw.plant.effects.effect import Effect, Scales
-from bayes_hw.plant.effects.linear import CubicStiffness, TransportDelay, UnmodelledMode
-from bayes_hw.plant.effects.off_catalogue import (
-    BoucWen,
-    CrossAxis,
-    CurrentLimit,
-    CurvedCommand,
-    DroppedCommands,
-    InterpolationFault,
-    PeriodicDisturbance,
-    PositionDependentMode,
-    SaturationRecovery,
-    StuckBrake,
-    WheelSlip,
+from bayes_hw.plant.effects import (
+    command,
+    disturbance,
+    drive,
+    linear,
+    off_catalogue,
+    second_group,
+    sensor,
+    unseen,
 )
-from bayes_hw.plant.effects.second_group import (
-    BrownOut,
-    CoarseCommand,
-    CommandDeadBand,
-    Congestion,
-    DirectionalGain,
-    QuadraticDrag,
-    TachoFault,
-    ToothSkip,
-    WarmingOil,
-)
-from bayes_hw.plant.effects.sensor import (
-    Eccentricity,
-    GainAsymmetry,
-    Outliers,
-    Quantization,
-    SensorDrift,
-    TimingJitter,
-)
-from bayes_hw.plant.effects.unseen import (
-    CableWrap,
-    CommandPlay,
-    Derating,
-    HuntingGain,
-    LostBallast,
-    MainsHum,
-    ReadingLead,
-    SoftLimiter,
-)
+from bayes_hw.plant.effects.effect import Effect, Scales, faults_of
 
-__all__ = ["CATALOGUE", "OFF_CATALOGUE", "OFF_CATALOGUES", "SECOND_GROUP", "UNSEEN", "Effect", "Scales"]
+__all__ = ["CATALOGUE", "OFF_CATALOGUES", "Effect", "Scales"]
 
-CATALOGUE: tuple[type[Effect], ...] = (
-    RateLimit,
-    SaturationDrift,
-    CommandBias,
-    GainDrift,
-    TransportDelay,
-    UnmodelledMode,
-    CubicStiffness,
-    DryFriction,
-    Backlash,
-    TorqueRipple,
-    Wind,
-    Quantization,
-    Eccentricity,
-    SensorDrift,
-    TimingJitter,
-    GainAsymmetry,
-    Outliers,
-)
+CATALOGUE = faults_of(command, linear, drive, disturbance, sensor)
 """One class for every label of the diagnosis' catalogue."""
 
-OFF_CATALOGUE: tuple[type[Effect], ...] = (
-    PeriodicDisturbance,
-    WheelSlip,
-    CrossAxis,
-    CurrentLimit,
-    DroppedCommands,
-    StuckBrake,
-    BoucWen,
-    PositionDependentMode,
-    SaturationRecovery,
-    InterpolationFault,
-    CurvedCommand,
-)
-"""Faults whose label is `other`."""
-
-SECOND_GROUP: tuple[type[Effect], ...] = (
-    BrownOut,
-    CoarseCommand,
-    CommandDeadBand,
-    Congestion,
-    DirectionalGain,
-    QuadraticDrag,
-    TachoFault,
-    ToothSkip,
-    WarmingOil,
-)
-"""More of them, met late while the diagnosis was made."""
-
-UNSEEN: tuple[type[Effect], ...] = (
-    CableWrap,
-    CommandPlay,
-    Derating,
-    HuntingGain,
-    LostBallast,
-    MainsHum,
-    ReadingLead,
-    SoftLimiter,
-)
-"""Still more, on which the diagnosis was never changed: they measure how it generalises."""
-
 OFF_CATALOGUES: Mapping[str, tuple[type[Effect], ...]] = {
-    "known": OFF_CATALOGUE,
-    "second": SECOND_GROUP,
-    "unseen": UNSEEN,
+    "known": faults_of(off_catalogue),
+    "second": faults_of(second_group),
+    "unseen": faults_of(unseen),
 }
+"""Faults that no entry of the diagnosis' catalogue describes, so that it is to say `other`: those it was made
+on, more of them met late while it was made, and still more on which it was never changed, which measure how
+it generalises."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from inspect import isabstract
+from types import ModuleType
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -106,6 +108,25 @@ class Effect(ABC):
     @abstractmethod
     def parameters(self, strength: float) -> Parameters:
         """Its physical parameters at this strength, units in their names."""
+
+
+def faults_of(*modules: ModuleType) -> tuple[type[Effect], ...]:
+    """The faults that these modules define, in the order in which they do."""
+    return tuple(
+        found
+        for module in modules
+        for found in vars(module).values()
+        if isinstance(found, type)
+        and issubclass(found, Effect)
+        and found.__module__ == module.__name__
+        and not isabstract(found)
+    )
+
+
+def with_own(catalogue: Iterable[type[Effect]], own: Iterable[type[Effect]]) -> tuple[type[Effect], ...]:
+    """The catalogue of another plant with its `own` fault of a label in place of the other's."""
+    by_label = {fault.label: fault for fault in own}
+    return tuple(by_label.get(fault.label, fault) for fault in catalogue)
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:

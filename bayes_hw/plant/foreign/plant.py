@@ -6,22 +6,11 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.plant.draws import Limits, Plant
-from bayes_hw.plant.effects.command import CommandBias, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.plant.effects.disturbance import Wind
-from bayes_hw.plant.effects.effect import Effect
-from bayes_hw.plant.effects.linear import TransportDelay
-from bayes_hw.plant.effects.sensor import (
-    Eccentricity,
-    GainAsymmetry,
-    Outliers,
-    Quantization,
-    SensorDrift,
-    TimingJitter,
-)
-from bayes_hw.plant.foreign.mechanics import Backlash, CubicSpring, Friction, FurtherMode, Ripple
+from bayes_hw.plant.effects import CATALOGUE as HOME_CATALOGUE
+from bayes_hw.plant.effects.effect import faults_of, with_own
+from bayes_hw.plant.foreign import mechanics, unnamed
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun, mujoco, substeps_for
 from bayes_hw.plant.foreign.train import draw_train
-from bayes_hw.plant.foreign.unnamed import UNNAMED
 from bayes_hw.plant.nominal import Nominal, system_of
 
 
@@ -69,25 +58,9 @@ def discrete_system(axis: ForeignAxis) -> tuple[FloatArray, FloatArray, FloatArr
     return whole[np.ix_(used, used)], forcing[used], c[used]
 
 
-CATALOGUE: tuple[type[Effect], ...] = (
-    RateLimit,
-    SaturationDrift,
-    CommandBias,
-    GainDrift,
-    TransportDelay,
-    FurtherMode,
-    CubicSpring,
-    Friction,
-    Backlash,
-    Ripple,
-    Wind,
-    Quantization,
-    Eccentricity,
-    SensorDrift,
-    TimingJitter,
-    GainAsymmetry,
-    Outliers,
-)
+CATALOGUE = with_own(HOME_CATALOGUE, faults_of(mechanics))
+UNNAMED = faults_of(unnamed)
+"""Faults whose label is `other`."""
 
 HIGHEST_MODE = 0.35
 

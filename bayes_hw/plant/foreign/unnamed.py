@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.plant.effects.effect import Effect, Parameters, Scales, log_uniform
+from bayes_hw.plant.effects.effect import Parameters, Scales, log_uniform
 from bayes_hw.plant.foreign.mechanics import DEGREE, ForeignEffect
 from bayes_hw.plant.foreign.simulation import ForeignRun
 from bayes_hw.plant.foreign.train import COM_OFFSET_M
@@ -228,18 +228,3 @@ class TorqueDeadBand(ForeignEffect):
 
     def parameters(self, strength: float) -> Parameters:
         return {"half_width_n_m": strength * self.torque}
-
-
-UNNAMED: tuple[type[Effect], ...] = (
-    Imbalance,
-    QuadraticDrag,
-    TorqueLimit,
-    Derating,
-    SlippingCoupling,
-    LooseEncoder,
-    CurvedSensor,
-    EndStop,
-    TachometerRipple,
-    TorqueDeadBand,
-)
-"""Faults whose label is `other`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bayes_hw.gap.answer.base_shift import BaseShift, base_shifts
+from bayes_hw.gap.answer.base_average import BaseShift, base_shifts
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.diagnosis import Diagnosis

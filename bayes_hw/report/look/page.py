@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 from importlib.resources import files
 from pathlib import Path
 
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
-from bayes_hw.files import staged, write_text_atomically
+from bayes_hw.files import staged, write_json, write_text_atomically
 from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
@@ -75,9 +74,8 @@ def to_html(look: Look, title: str = "") -> str:
 def write(look: Look, folder: Path, title: str = "") -> None:
     """look.json and report.html into `folder`, both or neither; raises InputError where it cannot be."""
     page = to_html(look, title)
-    content = json.dumps(look.to_dict(), allow_nan=False, indent=1) + "\n"
     with staged(folder) as place:
-        write_text_atomically(place / JSON, content)
+        write_json(place / JSON, look.to_dict())
         write_text_atomically(place / PAGE, page)
 
 

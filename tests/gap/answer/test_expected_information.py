@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.answer.expected_information import ExpectedInformation
+from bayes_hw.gap.answer.axis_with_effects import ExpectedInformation
 
 SIGMA = 0.5
 SLOPES = np.array([[1.0], [0.0], [2.0]])

@@ -24,9 +24,8 @@ from bayes_hw.gap.answer.locate import (
     regime_masks,
     regime_ratios,
 )
-from bayes_hw.gap.criticism.block_functions import block_negative_log_p, with_floor
+from bayes_hw.gap.criticism.block_functions import block_negative_log_p, shapes_of_memories, with_floor
 from bayes_hw.gap.criticism.free_functions import motions
-from bayes_hw.gap.criticism.memories import shapes_of_memories
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, is_in_the_scatter
 from bayes_hw.gap.effects.catalogue import CommandBias, KinematicBacklash
 from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS

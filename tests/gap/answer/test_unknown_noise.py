@@ -22,9 +22,8 @@ from bayes_hw.gap.effects.any_simulator import DeadZone, UnequalDeadZone
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.fit.explanation import Explanation
-from bayes_hw.gap.fit.fit import Fit, evaluated, fit
+from bayes_hw.gap.fit.fit import Fit, evaluated, first_sigma, fit, plain_fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.plain_fit import first_sigma, plain_fit
 from bayes_hw.gap.noise.plain_noise import CorrelatedPlain
 from bayes_hw.gap.noise.stochastic_fit import autoregression
 from bayes_hw.gap.noise.whitener import Plain

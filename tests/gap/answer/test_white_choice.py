@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayes_hw.gap.answer.white_choice import white_choice
+from bayes_hw.gap.answer.ranking import white_choice
 
 
 def fitted(labels: tuple[str, ...], rmse: float, parameters: int) -> Any:

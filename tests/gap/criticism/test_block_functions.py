@@ -6,28 +6,38 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drive_axis import SIGMA, command, white
-from fitted import SAMPLES, base, gusts, of_records, shown, simulated_with, with_residuals
+from drive_axis import MOTOR_ANGLE, RATE, SIGMA, TRAIN, V, W, command, held, white
+from fitted import AXIS, SAMPLES, base, gusts, of_records, shown, simulated_with, with_residuals
+from scipy.ndimage import binary_erosion
 from scipy.stats import kstest
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.judgement import Remains
 from bayes_hw.gap.criticism.block_functions import (
+    AGES_S,
+    AMPLITUDES,
     BLOCK_OF,
     FLOOR,
     FLOOR_OF_SCATTER,
     FLOOR_OF_TORQUE,
     block_negative_log_p,
+    motions_of_the_motor,
     shapes_for_any_cause,
+    shapes_of_friction,
+    shapes_of_memories,
+    shapes_of_springs,
     with_floor,
 )
-from bayes_hw.gap.criticism.free_functions import motions, responses_of
-from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
+from bayes_hw.gap.criticism.free_functions import Motion, motions, responses_of
+from bayes_hw.gap.effects.catalogue import CommandBias, CubicStiffness, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.labels import BLOCKS
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.whitener import Plain
+from bayes_hw.gap.simulate.chain import Chain
+from bayes_hw.gap.simulate.chain_builder import ChainBuilder
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 INPUTS = [command(SAMPLES, seed) for seed in range(2)]
 
@@ -124,3 +134,137 @@ def test_what_nothing_takes_is_a_reading() -> None:
     )
     assert 0.5 < by_plain["sensor"] < by_scattered["sensor"]
     assert by_taken["drive"] > by_taken["sensor"]
+
+
+CHAIN = ChainBuilder(AXIS).chain(ChainBuilder(AXIS).axis.nominal)
+
+
+def angle_of_the_motor(limited: FloatArray) -> FloatArray:
+    """By the state space of the drive train under the same held commands."""
+    a, b, c = TRAIN.state_space()
+    ad, bd = held(a, b[:, [V]], 1 / RATE)
+    angle, x = np.empty(len(limited)), np.zeros(7)
+    for k, u in enumerate(limited):
+        angle[k] = c[MOTOR_ANGLE] @ x
+        x = ad @ x + bd[:, 0] * u
+    return angle
+
+
+def test_the_motor_moves_as_in_state_space() -> None:
+    """Its speed, where the encoder sees the motion of the load; that differs from the load's."""
+    found = motions(with_residuals([np.zeros(SAMPLES)] * 2), INPUTS)
+    for load, motor in zip(found, motions_of_the_motor(found, CHAIN, base().scale), strict=True):
+        expected = np.gradient(angle_of_the_motor(load.limited)) * RATE
+        seen = np.ones(SAMPLES, dtype=bool) if load.seen is None else binary_erosion(load.seen)
+        assert np.mean(seen) > 0.7
+        error = np.abs(motor.speed - expected)[seen]
+        assert np.max(error) < 1e-2 * np.max(np.abs(expected))
+        assert np.max(np.abs(load.speed - expected)[seen]) > 5 * np.max(error)
+
+
+def test_friction_turns_with_the_speed() -> None:
+    """Every shape changes its sign with the motion but for splines, which change places; no motion, no
+    sign."""
+    rng = np.random.default_rng(3)
+    speed = np.repeat(rng.normal(size=40), 10)
+    one = Motion(speed, speed, np.cumsum(speed), speed)
+    there = shapes_of_friction([one], RATE)[0]
+    back = shapes_of_friction([replace(one, speed=-speed)], RATE)[0]
+    assert there.shape == back.shape and len(there) == len(speed)
+    np.testing.assert_array_equal(there[:, 0], np.sign(speed))
+    np.testing.assert_array_equal(back[:, 0], -there[:, 0])
+    np.testing.assert_allclose(back[:, 1:8], there[:, 7:0:-1], atol=1e-12)
+    np.testing.assert_allclose(back[:, 8:], -there[:, 8:], atol=1e-12)
+    np.testing.assert_allclose(there[:, 1:8].sum(axis=1), 1.0)
+
+
+def chain_of(model: HammersteinWiener = AXIS) -> Chain:
+    builder = ChainBuilder(model)
+    return builder.chain(builder.axis.nominal)
+
+
+def test_torsion_is_motor_less_load() -> None:
+    """That of the drive train in state space under the same held commands."""
+    a, b, c = TRAIN.state_space()
+    ad, bd = held(a, b[:, [V]], 1 / RATE)
+    expected, x = np.empty(SAMPLES), np.zeros(7)
+    for k, u in enumerate(INPUTS[0]):
+        expected[k] = (c[MOTOR_ANGLE] - c[W]) @ x
+        x = ad @ x + bd[:, 0] * u
+    found = chain_of().torsions(INPUTS[0][:, None])[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+def test_a_slightly_stiffer_spring_acts_by_its_torsion() -> None:
+    """To first order its response is that of its own torque between motor and load."""
+    cubic = 5.0
+    plain, stiff = (simulated_with(CubicStiffness(), (value,), INPUTS)[0] for value in (0.0, cubic))
+    chain, fit = chain_of(), with_residuals([np.zeros(SAMPLES)] * 2)
+    limited = motions(fit, INPUTS)[0].limited
+    torque = chain.stiffness[1] * cubic * chain.torsions(limited[:, None]) ** 3
+    response = chain.small_responses("gear_torque", torque)[:, 0]
+    np.testing.assert_allclose(response @ (stiff - plain), response @ response, rtol=0.05)
+
+
+def test_stiffness_at_every_amplitude_adds_to_that_at_all() -> None:
+    """Torsion and its rate, each shared among the amplitudes."""
+    fit = with_residuals([np.zeros(SAMPLES)] * 2)
+    moved, chain = motions(fit, INPUTS), chain_of()
+    shapes = shapes_of_springs(moved, chain, fit.hypothesis.scale)
+    for m, own in zip(moved, shapes, strict=True):
+        torsion = chain.torsions(m.limited[:, None])[:, 0]
+        assert own.shape == (SAMPLES, 2 * AMPLITUDES)
+        np.testing.assert_allclose(own[:, :AMPLITUDES].sum(axis=1), torsion)
+        np.testing.assert_allclose(own[:, AMPLITUDES:].sum(axis=1), np.gradient(torsion) * RATE)
+
+
+def test_no_shapes_where_the_drive_train_is_not_known(small_axis: HammersteinWiener) -> None:
+    fit = with_residuals([np.zeros(SAMPLES)] * 2)
+    shapes = shapes_of_springs(motions(fit, INPUTS), chain_of(small_axis), fit.hypothesis.scale)
+    assert [own.shape for own in shapes] == [(SAMPLES, 0)] * 2
+
+
+def test_a_spring_that_stiffens_is_found_in_the_linear_block() -> None:
+    """Simulated in full, the base model as it was."""
+    clean = simulated_with(CubicStiffness(), (1e4,), INPUTS)
+    measured = [y + white(SAMPLES, SIGMA, seed) for seed, y in enumerate(clean)]
+    fit = of_records(measured, base())
+    found = block_negative_log_p(fit, INPUTS)
+    assert max(found, key=lambda block: found[block]) == "linear", found
+
+
+def motion(command: FloatArray, limit: float = 1.0) -> Motion:
+    limited = np.clip(command, -limit, limit)
+    return Motion(command, limited, np.cumsum(limited) / RATE, limited)
+
+
+def test_after_a_limit_the_shapes_have_its_side_and_end() -> None:
+    command = np.full(200, 0.5)
+    command[20:30], command[100:110] = 2.0, -2.0
+    _, (shapes,) = shapes_of_memories([motion(command)], RATE)["after a limit"]
+    splines = shapes[:, : len(AGES_S) - 1].sum(axis=1)
+    assert not splines[:30].any() and not splines[100:110].any()
+    assert splines[30] == 1 and splines[110] == -1
+    assert not splines[30 + int(AGES_S[-1] * RATE) : 100].any()
+
+
+def test_changes_of_the_command_count_soon_after_a_limit_only() -> None:
+    rng = np.random.default_rng(2)
+    command = rng.uniform(-0.9, 0.9, 300)
+    command[50:60] = 3.0
+    _, (shapes,) = shapes_of_memories([motion(command)], RATE)["after a limit"]
+    changes = shapes[:, len(AGES_S) - 1 :]
+    assert not changes[:60].any() and changes[60:65].all() and not changes[100:].any()
+
+
+def test_a_limit_that_is_never_reached_has_no_shapes_but_zeros() -> None:
+    _, (shapes,) = shapes_of_memories([motion(np.sin(np.arange(100.0)) * 0.5)], RATE)["after a limit"]
+    assert not shapes.any()
+
+
+def test_after_a_reversal_the_shapes_have_the_new_direction() -> None:
+    speed = np.concatenate([np.full(40, 1.0), np.zeros(10), np.full(50, -1.0), np.full(60, 1.0)])
+    _, (shapes,) = shapes_of_memories([motion(speed, 2.0)], RATE)["after a reversal"]
+    total = shapes.sum(axis=1)
+    assert not total[:50].any()
+    assert total[50] == -1 and total[99] < 0 and total[100] == 1 and not total[155:].any()

@@ -13,9 +13,9 @@ from bayes_hw.gap.effects.input import CommandBias
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.fit import joint_fits
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.explanation import with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.parallel import Each

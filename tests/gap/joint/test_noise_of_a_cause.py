@@ -104,9 +104,9 @@ def test_noise_that_was_fitted_before_goes_on_from_there() -> None:
 
 
 def test_over_holes_the_noise_is_found_as_well() -> None:
-    e = [blown(seed, 4.0) for seed in (4, 5)]
+    e = [blown(4, 4.0)[: LENGTH // 2]]
     rng = np.random.default_rng(1)
-    holed = [np.where(np.repeat(rng.random(LENGTH // 10) < 0.2, 10), np.nan, one) for one in e]
+    holed = [np.where(np.repeat(rng.random(LENGTH // 20) < 0.2, 10), np.nan, one) for one in e]
     cause = SlowNoise(WIND, RATE, (POLES,))
     assert cause.of(holed).log_likelihood(e) > cause.of(e).log_likelihood(e) - 8
 

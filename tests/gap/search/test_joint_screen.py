@@ -12,8 +12,8 @@ from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, RateLimit
 from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
-from bayes_hw.gap.fit.candidate import Candidate
 from bayes_hw.gap.fit.fit import fit
+from bayes_hw.gap.fit.hypothesis import Candidate
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.joint_screen import (
     FEWEST_TIMES,

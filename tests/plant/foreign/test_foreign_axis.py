@@ -15,9 +15,9 @@ from bayes_hw.plant.case import make_case
 from bayes_hw.plant.draws import rms
 from bayes_hw.plant.effects.effect import Scales
 from bayes_hw.plant.foreign.mechanics import Friction
-from bayes_hw.plant.foreign.plant import CATALOGUE, ForeignPlant, discrete_system
+from bayes_hw.plant.foreign.plant import CATALOGUE, UNNAMED, ForeignPlant, discrete_system
 from bayes_hw.plant.foreign.simulation import ForeignAxis, ForeignRun
-from bayes_hw.plant.foreign.unnamed import UNNAMED, Imbalance
+from bayes_hw.plant.foreign.unnamed import Imbalance
 from bayes_hw.plant.kinds import KINDS, LABELS
 
 KIND = replace(KINDS["mujoco"], durations_s=(20.0,), rates_hz=(20.0,))

@@ -12,7 +12,7 @@ from browser import Browser
 from page_checks import check_page
 from simulated_records import coloured_noise, command, measured
 
-from bayes_hw.gap.answer.base_shift import base_shifts
+from bayes_hw.gap.answer.base_average import base_shifts
 from bayes_hw.gap.answer.ranking import ranking
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.residual_map import residual_map

@@ -13,6 +13,7 @@ from browser import Browser
 from page_checks import check_page
 from short_sampling import sample_shortly
 from simulated_records import measured
+from strokes import draw_strokes
 
 from bayes_hw.analysis import Analysis, analyse
 from bayes_hw.infer.sampler import SamplerSettings
@@ -32,6 +33,7 @@ HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m
 def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         sample_shortly(patch)
+        draw_strokes(patch)
         patch.setattr("bayes_hw.infer.convergence.ESS_LIMIT", 1e5)
         yield
 

@@ -13,12 +13,12 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.answer.axis_with_effects import (
     AxisWithEffects,
+    ExpectedInformation,
     as_drawn,
     commanded_in,
     posterior_of_draws,
     said_in,
 )
-from bayes_hw.gap.answer.expected_information import ExpectedInformation
 from bayes_hw.gap.joint.answer.corrected_model import joint_response_of, section_pole
 from bayes_hw.gap.joint.response.effect_loop import EffectLoop
 from bayes_hw.gap.joint.response.joint_response import JointResponse

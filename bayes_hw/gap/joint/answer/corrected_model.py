@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.files import read_small_text
 from bayes_hw.gap.answer.corrected_train import KEY, TrainSimulation, predict_train, simulate_train
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.unreached_limits import LOWER, UPPER, standing_outermost
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS

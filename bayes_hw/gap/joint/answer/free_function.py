@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.fit.interval import NORMAL_HALF_WIDTH
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.response.joint_values import JointValues

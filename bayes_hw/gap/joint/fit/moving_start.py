@@ -20,6 +20,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.unreached_limits import beyond_records
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.response.packed_axis import PackedAxis
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.record import Record
 
@@ -137,12 +138,13 @@ class MovingStart:
         then optimize; doi 10.1137/140964023), within what the drive lets through."""
         best = self._best(fit)
         if values is None:
-            return self._simulated(fit, beyond_records(fit, fit.values, self.record.u), best.x)[1]
+            at = fit.response.packed(beyond_records(fit, fit.values, self.record.u))
+            return self._simulated(at, best.x)
         values = beyond_records(fit, values, self.record.u, rng)
         count = self.samples + len(best.x)
         moved = np.zeros(count) if rng is None else rng.standard_normal(count)
         found = self._descended(fit, values, best.x, moved)
-        return self._simulated(fit, values, found.x)[1]
+        return self._simulated(fit.response.packed(values), found.x)
 
     def nats(self, fit: JointFit) -> float:
         """By how much the state explains the beginning better than rest at a level of its own does, less half
@@ -190,7 +192,7 @@ class MovingStart:
         """The state at `values`, errors and prior `moved` by (samples + size,) deviations."""
 
         def all_errors(points: FloatArray) -> FloatArray:
-            shown = [self._simulated(fit, values, x, self.samples)[1] for x in points]
+            shown = [self._simulated(packed, x, self.samples) for x in points]
             own = self._whitening(fit, self.record.y[: self.samples] - np.array(shown))
             return np.concatenate([own, points], axis=1) + moved
 
@@ -201,7 +203,7 @@ class MovingStart:
             found = all_errors(np.concatenate([x[None, :], x + steps]))
             return np.ascontiguousarray(((found[1:] - found[0]) / DIFFERENCE).T)
 
-        steps = DIFFERENCE * np.eye(len(start))
+        packed, steps = fit.response.packed(values), DIFFERENCE * np.eye(len(start))
         low, high = self._bounds
         inside = 1e-6 * (high - low)
         return least_squares(
@@ -227,15 +229,12 @@ class MovingStart:
             self._sds[fit] = innovation(fit)
         return self._sds[fit]
 
-    def _simulated(
-        self, fit: JointFit, values: JointValues, x: FloatArray, stop: int | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Position before the output block and angle, (samples,) both, of the record up to `stop`."""
+    def _simulated(self, axis: PackedAxis, x: FloatArray, stop: int | None = None) -> FloatArray:
+        """Angles (samples,) of the record up to `stop`."""
         before = np.repeat(self.usual * x[1:], self.lengths)
         u = np.concatenate([before, self.record.u[:stop]])
-        run = fit.response.simulate(values, u, self._known(stop))
-        level = self.place.level + self.place.sd * x[0]
-        return run.w[len(before) :], run.y[len(before) :] - level
+        run, _ = axis.run(u, self._known(stop))
+        return run.y[len(before) :] - (self.place.level + self.place.sd * x[0])
 
     def _known(self, stop: int | None) -> Mapping[str, FloatArray]:
         """Known inputs, before the record as at its first sample."""

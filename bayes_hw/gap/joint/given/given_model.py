@@ -22,7 +22,7 @@ from bayes_hw.gap.simulate.nominal_prior import (
 )
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.model.linear import Mode
+from bayes_hw.model.linear import Mode, mode_pole
 
 STATIC = 4
 """Base coordinates before those of the modes: logarithms of limits, half width, gain over nominal."""
@@ -125,20 +125,23 @@ class GivenModel:
     def _with_loose(
         self, light: ComplexArray, loose: FloatArray
     ) -> tuple[FloatArray, ComplexArray, ComplexArray, ComplexArray]:
-        """Real poles, `light` poles of the modes, other pairs and zeros moved by these coordinates."""
-        upper = self.zeros[self.zeros.imag > 0]
-        roots = np.concatenate([self.pairs, upper, light])
-        count = 2 * len(roots)
-        moved = _scaled(roots, loose[:count:2], loose[1:count:2])
-        real, zeros = self.real.copy(), _real(self.zeros)
-        at = count
-        for values in (real, zeros):
-            chosen = _loosened(values)
+        """Real poles, `light` poles of the modes, other pairs and zeros, a row a point, moved by these
+        coordinates."""
+        points, upper = len(light), self.zeros[self.zeros.imag > 0]
+        others = np.broadcast_to(np.concatenate([self.pairs, upper]), (points, len(self.pairs) + len(upper)))
+        roots = np.concatenate([others, light], axis=1)
+        at = 2 * roots.shape[1]
+        moved = _scaled(roots, loose[:, :at:2], loose[:, 1:at:2])
+        real = []
+        for given in (self.real, _real(self.zeros)):
+            values, chosen = np.tile(given, (points, 1)), _loosened(given)
             n = int(chosen.sum())
-            values[chosen] = np.exp(np.log(values[chosen]) * np.exp(loose[at : at + n]))
+            values[:, chosen] = np.exp(np.log(given[chosen]) * np.exp(loose[:, at : at + n]))
             at += n
-        pairs, upper, light = np.split(moved, [len(self.pairs), len(self.pairs) + len(upper)])
-        return real, light, pairs, np.concatenate([upper, upper.conj(), zeros.astype(np.complex128)])
+            real.append(values)
+        pairs, upper, light = np.split(moved, [len(self.pairs), len(self.pairs) + len(upper)], axis=1)
+        zeros = np.concatenate([upper, upper.conj(), real[1].astype(np.complex128)], axis=1)
+        return real[0], light, pairs, zeros
 
     def structure(self, part: bool, further: bool, extra_delay: int = 0) -> Structure:
         """That of `cascade`."""
@@ -169,58 +172,67 @@ class GivenModel:
             low, high = np.append(low, -WIDEST * self.loose_sd), np.append(high, WIDEST * self.loose_sd)
         return low, high
 
-    def cascade(self, theta: FloatArray, part: bool, further: bool) -> GivenCascade:
-        """The cascade at coordinates: base, part of a sample of delay, a further mode and what it loosens."""
-        gain = self.gain * float(np.exp(theta[3]))
-        moved = np.exp(theta[STATIC : self.size].reshape(-1, 2))
-        light = np.array(
-            [
-                Mode(m.frequency_hz * f, min(m.damping_ratio * d, 0.99)).pole(self.rate_hz)
-                for m, (f, d) in zip(self.modes, moved, strict=True)
-            ],
-            dtype=np.complex128,
-        )
-        zeros, pairs, fixed = self.zeros, self.pairs, self.real
+    def natural(self, thetas: FloatArray, part: bool, further: bool) -> FloatArray:
+        """Natural parameters (points, natural) at coordinates (points, size): base, part of a sample of
+        delay, a further mode and what it loosens. Limits, half width, the integrator's residue, pole and
+        residue of every real pole, a1, a2, b1, b2 of every section."""
+        points = len(thetas)
+
+        def everywhere(roots: FloatArray | ComplexArray) -> ComplexArray:
+            return np.broadcast_to(roots, (points, len(roots))).astype(np.complex128)
+
+        gain = self.gain * np.exp(thetas[:, 3:STATIC])
+        moved = np.exp(thetas[:, STATIC : self.size].reshape(points, -1, 2))
+        modes = np.array([(m.frequency_hz, m.damping_ratio) for m in self.modes]).reshape(-1, 2)
+        damping = np.minimum(modes[:, 1] * moved[:, :, 1], 0.99)
+        light = mode_pole(modes[:, 0] * moved[:, :, 0], damping, self.rate_hz)
+        zeros, pairs, fixed = everywhere(self.zeros), everywhere(self.pairs), everywhere(self.real).real
         if further:
             begin = self.size + int(part)
-            plain = self.real, np.concatenate([self.pairs, light]), self.zeros
-            fixed, light, pairs, zeros = self._with_loose(light, theta[begin + FURTHER :])
-            gain *= _at_rest(*plain) / _at_rest(fixed, np.concatenate([pairs, light]), zeros)
-            f, d, f_zero, d_zero = np.exp(theta[begin : begin + FURTHER])
-            pole = Mode(float(f), float(d)).pole(self.rate_hz)
-            zero = Mode(float(f_zero), float(d_zero)).pole(self.rate_hz)
-            light = np.append(light, pole)
-            zeros = np.append(zeros, [zero, np.conjugate(zero)])
-            gain *= abs(1 - pole) ** 2 / abs(1 - zero) ** 2
-        upper = np.concatenate([pairs, light])
-        real = np.append(1.0, fixed) if self.integrator else fixed
-        poles = np.concatenate([real.astype(np.complex128), upper, upper.conj()])
-        count = len(real) + len(upper)
-        difference = poles[:count, None] - poles[None, :]
-        difference[np.arange(count), np.arange(count)] = 1.0
-        above = np.prod(poles[:count, None] - zeros[None, :], axis=1)
-        residues = gain * above / np.prod(difference, axis=1)
-        direct = 0.0
+            plain = _at_rest(fixed, np.concatenate([pairs, light], axis=1), zeros)
+            fixed, light, pairs, zeros = self._with_loose(light, thetas[:, begin + FURTHER :])
+            gain *= plain / _at_rest(fixed, np.concatenate([pairs, light], axis=1), zeros)
+            own = np.exp(thetas[:, begin : begin + FURTHER].reshape(points, 2, 2))
+            added = mode_pole(own[:, :, 0], own[:, :, 1], self.rate_hz)
+            pole, zero = added[:, :1], added[:, 1:]
+            light = np.concatenate([light, pole], axis=1)
+            zeros = np.concatenate([zeros, zero, np.conjugate(zero)], axis=1)
+            gain *= np.abs(1 - pole) ** 2 / np.abs(1 - zero) ** 2
+        upper = np.concatenate([pairs, light], axis=1)
+        real = np.concatenate([np.ones((points, int(self.integrator))), fixed], axis=1)
+        n_real, count = real.shape[1], real.shape[1] + upper.shape[1]
+        poles = np.concatenate([real.astype(np.complex128), upper, upper.conj()], axis=1)
+        difference = poles[:, :count, None] - poles[:, None, :]
+        difference[:, np.arange(count), np.arange(count)] = 1.0
+        above = np.prod(poles[:, :count, None] - zeros[:, None, :], axis=2)
+        residues = gain * above / np.prod(difference, axis=2)
+        further_rows = [(NEARLY_ONE, np.zeros(points))] if self.integrator else []
         if part:
-            residues, direct = _delayed(poles[:count], residues, float(theta[self.size]), len(real))
-        real_residues, pair_residues = residues[: len(real)].real, residues[len(real) :]
-        sections = np.stack([
-            2 * upper.real, np.abs(upper) ** 2,
-            2 * pair_residues.real, -2 * (pair_residues * upper.conj()).real,
-        ])  # fmt: skip
-        integral = 0.0
+            residues, direct = _delayed(poles[:, :count], residues, thetas[:, self.size], n_real)
+            further_rows.append((0.0, direct))
+        columns = list((np.exp(thetas[:, :3]) * [self.lower, self.upper, self.half_width]).T)
         if self.integrator:
-            integral, real_residues = float(real_residues[0]), real_residues[1:]
-        rows = np.stack([fixed, real_residues])
-        if self.integrator:
-            rows = np.column_stack([rows, [NEARLY_ONE, 0.0]])
-        if part:
-            rows = np.column_stack([rows, [0.0, direct]])
-        lower, upper_limit, half_width = np.exp(theta[:3]) * [self.lower, self.upper, self.half_width]
-        order = int(self.integrator) + rows.shape[1] + 2 * sections.shape[1]
+            columns.append(residues[:, 0].real)
+        for i in range(int(self.integrator), n_real):
+            columns += [real[:, i], residues[:, i].real]
+        for at, residue in further_rows:
+            columns += [np.full(points, at), residue]
+        for pole, residue in zip(upper.T, residues[:, n_real:].T, strict=True):
+            twice = 2 * residue
+            columns += [2 * pole.real, np.abs(pole) ** 2, twice.real, -(twice * pole.conj()).real]
+        return np.stack(columns, axis=1)
+
+    def cascade(self, theta: FloatArray, part: bool, further: bool) -> GivenCascade:
+        """The cascade at coordinates (size,)."""
+        (row,) = self.natural(theta[None], part, further)
+        structure = self.structure(part, further)
+        at = STATIC - 1 + int(self.integrator)
+        end = at + 2 * structure.real_poles
+        order = int(self.integrator) + structure.real_poles + 2 * structure.sections
         return GivenCascade(
-            float(lower), float(upper_limit), float(half_width), 0.0, integral, rows, sections,
-            np.zeros((0, order)), theta,
+            float(row[0]), float(row[1]), float(row[2]), 0.0,
+            float(row[3]) if self.integrator else 0.0,
+            row[at:end].reshape(-1, 2).T, row[end:].reshape(-1, 4).T, np.zeros((0, order)), theta,
         )  # fmt: skip
 
     def named(self, theta: FloatArray) -> dict[str, float]:
@@ -248,10 +260,10 @@ def _real(roots: ComplexArray) -> FloatArray:
     return roots[roots.imag == 0].real.copy()
 
 
-def _at_rest(real: FloatArray, pairs: ComplexArray, zeros: ComplexArray) -> float:
-    """Response at rest of unit gain, but for its sign."""
-    over = np.prod(np.abs(1 - pairs) ** -2.0) / np.prod(np.abs(1 - real))
-    return float(np.prod(np.abs(1 - zeros)) * over)
+def _at_rest(real: FloatArray, pairs: ComplexArray, zeros: ComplexArray) -> FloatArray:
+    """Responses (points, 1) at rest of unit gain, but for their sign."""
+    over = np.prod(np.abs(1 - pairs) ** -2.0, axis=1) / np.prod(np.abs(1 - real), axis=1)
+    return np.asarray(np.prod(np.abs(1 - zeros), axis=1) * over)[:, None]
 
 
 def _loosened(real: FloatArray) -> BoolArray:
@@ -274,16 +286,18 @@ def _separated(poles: FloatArray) -> FloatArray:
 
 
 def _delayed(
-    poles: ComplexArray, residues: ComplexArray, part: float, n_real: int
-) -> tuple[ComplexArray, float]:
-    """Residues behind `part` of a sample of delay, and what the first sample of all together gains."""
+    poles: ComplexArray, residues: ComplexArray, parts: FloatArray, n_real: int
+) -> tuple[ComplexArray, FloatArray]:
+    """Residues (points, poles) behind parts (points,) of a sample of delay, and what the first sample of all
+    together gains."""
+    part = parts[:, None]
     plain = np.abs(poles) < HARDLY
-    plain[:n_real] |= poles[:n_real].real < HARDLY
+    plain[:, :n_real] |= poles[:, :n_real].real < HARDLY
     safe = np.where(plain, 0.5, poles)
     turned = residues * safe ** (-part)
     at_one = np.abs(safe - 1) < 1e-9
     denominator = np.where(at_one, 1.0, safe - 1)
     first = np.where(at_one, 1 - part, (safe ** (1 - part) - 1) / denominator) * residues
     lost = np.where(plain, 0.0, first - turned)
-    direct = float(lost[:n_real].real.sum() + 2 * lost[n_real:].real.sum())
+    direct = lost[:, :n_real].real.sum(axis=1) + 2 * lost[:, n_real:].real.sum(axis=1)
     return np.where(plain, residues, turned), direct

@@ -86,7 +86,7 @@ class GivenResponse(JointResponse):
         """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
         the samples that were measured, None where all were."""
         values, turn = self.values(coordinates), self._turn(coordinates[: self._n_base])
-        packed = self._packed(values, True)
+        packed = self.packed(values, True)
         for number, record in enumerate(self.records):
             run, tangents = packed.run(record.u, record.known)
             rows = np.empty((self.size + 1, len(record)))
@@ -101,13 +101,15 @@ class GivenResponse(JointResponse):
     def _turn(self, theta: FloatArray) -> FloatArray:
         """Derivatives (natural, base) of the natural parameters: to the logarithms of limits, half width and
         gain each is in proportion or not at all, to all else by central differences."""
-        natural, (of_limits, of_gain) = self._natural(theta), self._in_proportion
+        steps = DIFFERENCE * np.eye(len(theta))[STATIC:]
+        points = np.concatenate([theta[None], theta + steps, theta - steps])
+        natural, *ends = self.given.natural(points, self.part, self.further)
+        of_limits, of_gain = self._in_proportion
         columns = [np.where(own, natural, 0.0) for own in (*of_limits, of_gain)]
-        for i in range(STATIC, len(theta)):
-            step = np.zeros(len(theta))
-            step[i] = DIFFERENCE
-            ends = [self._natural(theta + sign * step) for sign in (1, -1)]
-            columns.append((ends[0] - ends[1]) / (2 * DIFFERENCE))
+        columns += [
+            (above - below) / (2 * DIFFERENCE)
+            for above, below in zip(ends[: len(steps)], ends[len(steps) :], strict=True)
+        ]
         return np.stack(columns, axis=1)
 
     @cached_property
@@ -120,13 +122,6 @@ class GivenResponse(JointResponse):
         pairs = np.tile([False, False, True, True], structure.sections)
         of_gain = np.concatenate([np.zeros(static, bool), np.ones(integrator, bool), real, pairs])
         return np.eye(static, len(of_gain), dtype=bool), of_gain
-
-    def _natural(self, theta: FloatArray) -> FloatArray:
-        c = self.given.cascade(theta, self.part, self.further)
-        integral = [c.integrator_residue] if self.structure.integrator else []
-        return np.concatenate(
-            [[c.lower, c.upper, c.half_width], integral, c.real.T.ravel(), c.sections.T.ravel()]
-        )
 
     def free(self, values: JointValues) -> tuple[JointResponse, FloatArray]:
         """The same explanation with its sections free, and its coordinates."""

@@ -178,7 +178,7 @@ class JointResponse:
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, over its weights, NaN where nothing was
         measured."""
-        packed = self._packed(self.values(coordinates))
+        packed = self.packed(self.values(coordinates))
         found = []
         for number, record in enumerate(self.records):
             e = with_holes(record.y - self._along(packed, number)[0].y, record.measured)
@@ -194,9 +194,10 @@ class JointResponse:
     def along(self, values: JointValues, number: int) -> Simulated:
         """The response to a record's command that residuals are of: corrected by its readings where an
         observer is part of the effects, else the same as `simulate` gives."""
-        return self._along(self._packed(values), number)[0]
+        return self._along(self.packed(values), number)[0]
 
-    def _packed(self, values: JointValues, tangents: bool = False, first: int = 0) -> PackedAxis:
+    def packed(self, values: JointValues, tangents: bool = False, first: int = 0) -> PackedAxis:
+        """The axis at `values`, to be simulated under any command."""
         return PackedAxis(self.structure, values, self.scale, self.steps, tangents, first)
 
     def _along(self, packed: PackedAxis, number: int) -> tuple[Simulated, FloatArray]:
@@ -209,11 +210,11 @@ class JointResponse:
     ) -> Simulated:
         """The response to a command (samples,) and known inputs (samples,) by name from rest, which no
         reading corrects."""
-        return self._packed(values).run(u, known)[0]
+        return self.packed(values).run(u, known)[0]
 
     def gated(self, coordinates: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """For every record the drive's command and dy/dw over the weight."""
-        packed, found = self._packed(self.values(coordinates)), []
+        packed, found = self.packed(self.values(coordinates)), []
         for number in range(len(self.records)):
             run = self._along(packed, number)[0]
             slope = run.slope if self.weights is None else run.slope / self.weights[number]
@@ -228,7 +229,7 @@ class JointResponse:
         """Derivatives of y and, as the last row, the residual: rows (size + 1, samples) of every record, with
         the samples that were measured, None where all were."""
         values = self.values(coordinates)
-        packed = self._packed(values, True)
+        packed = self.packed(values, True)
         for number, record in enumerate(self.records):
             run, tangents = self._along(packed, number)
             rows = np.empty((self.size + 1, len(record)))
@@ -243,7 +244,7 @@ class JointResponse:
         over the weights; exact where that effect changes nothing yet."""
         found = []
         effect = values.effects[-1]
-        packed = self._packed(values, True, self._n_natural + sum(self._sizes[:-1]))
+        packed = self.packed(values, True, self._n_natural + sum(self._sizes[:-1]))
         for number in range(len(self.records)):
             _, rows = self._along(packed, number)
             for i, slot in enumerate(effect.form.slots(self.scale)):

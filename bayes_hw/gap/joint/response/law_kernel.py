@@ -10,17 +10,7 @@ import math
 
 from numba import njit
 
-from bayes_hw.gap.joint.forms.effect_codes import (
-    BRISTLE,
-    COULOMB,
-    CUBIC,
-    EXCESS,
-    GAP,
-    MODULATED,
-    RIPPLE,
-    SLIP,
-    STRIBECK,
-)
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -28,15 +18,15 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
     """Torque of a law over a step of `share` of a sample, its memory after it, and derivatives of the torque
     by q, w, t0, t1 and t2.
 
-    Of a law with memory (BRISTLE, SLIP) derivatives are of the memory, by q, t0 and (the last) the memory
+    Of a law with memory (K.BRISTLE, K.SLIP) derivatives are of the memory, by q, t0 and (the last) the memory
     before; `torque_of_memory` leads from there to its torque.
     """
     by_q = by_w = by_t0 = by_t1 = by_t2 = by_memory = 0.0
-    if law in (COULOMB, STRIBECK):
+    if law in (K.COULOMB, K.STRIBECK):
         t = math.tanh(q / t0)
         slope = (1.0 - t * t) / t0
         bell = bell_by_q = bell_by_width = 0.0
-        if law == STRIBECK:
+        if law == K.STRIBECK:
             bell = math.exp(-((q / t2) ** 2))
             bell_by_q = -2 * q / t2**2 * bell
             bell_by_width = 2 * q * q / t2**3 * bell
@@ -45,7 +35,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
         by_t0 = slope * q / t0 * (1 + t1 * bell)
         by_t1 = -t * bell
         by_t2 = -t * t1 * bell_by_width
-    elif law == BRISTLE:
+    elif law == K.BRISTLE:
         sign = 1.0 if q >= 0 else -1.0
         path = abs(q) * share
         by_memory = math.exp(-path / t0)
@@ -54,7 +44,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
         tau = -memory
         by_q = -rest * sign * share / t0
         by_t0 = rest * path / t0**2
-    elif law == SLIP:
+    elif law == K.SLIP:
         # What slipped follows the twist beyond what grips, like play.
         by_memory = 1.0
         if q - t0 > memory:
@@ -62,7 +52,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
         elif q + t0 < memory:
             memory, by_q, by_memory, by_t0 = q + t0, 1.0, 0.0, 1.0
         tau = memory / t0
-    elif law == RIPPLE:
+    elif law == K.RIPPLE:
         s, s2 = math.sin(t0 * q + t1), math.sin(2 * t0 * q + t1)
         co, co2 = math.cos(t0 * q + t1), math.cos(2 * t0 * q + t1)
         tau = s + t2 * s2 - (1 + t2) * math.sin(t1)
@@ -70,26 +60,26 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
         by_t0 = q * (co + 2 * t2 * co2)
         by_t1 = co + t2 * co2 - (1 + t2) * math.cos(t1)
         by_t2 = s2 - math.sin(t1)
-    elif law == CUBIC:
+    elif law == K.CUBIC:
         r = q / t0
         below = 1 + t1 * r * r
         tau = r**3 / below
         by_q = (3 * r * r / below - r**3 * 2 * t1 * r / below**2) / t0
         by_t0 = -by_q * r
         by_t1 = -(r**5) / below**2
-    elif law == GAP:
+    elif law == K.GAP:
         r = q / t0
         if abs(r) < 1.0:
             tau, by_q, by_t0 = -r, -1 / t0, r / t0
         else:
             tau = -1.0 if r > 0 else 1.0
-    elif law == EXCESS:
+    elif law == K.EXCESS:
         r, tau = q / t0, 0.0
         if r > 1.0:
             tau, by_q, by_t0 = 1.0 - r, -1 / t0, r / t0
         elif r < -1.0:
             tau, by_q, by_t0 = -1.0 - r, -1 / t0, r / t0
-    elif law == MODULATED:
+    elif law == K.MODULATED:
         by_q = math.sin(t0 * w + t1)
         by_t1 = q * math.cos(t0 * w + t1)
         tau = q * by_q
@@ -103,7 +93,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
 @njit(cache=True, nogil=True, error_model="numpy")
 def torque_of_memory(law, memory, t0):  # type: ignore[no-untyped-def]
     """Derivatives of a torque by its memory and, the memory held, by t0."""
-    if law == BRISTLE:
+    if law == K.BRISTLE:
         return -1.0, 0.0
     return 1.0 / t0, -memory / t0**2
 

@@ -11,38 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from bayes_hw.gap.joint.forms.effect_codes import (
-    BASE_COMMAND,
-    BASE_MOTOR,
-    BASE_SPEED,
-    BASE_TWIST,
-    BASE_TWIST_RATE,
-    BIAS,
-    CHANGE,
-    COSINE,
-    COSINE2,
-    COULOMB,
-    EARLY_RATE,
-    EVEN_CURVE,
-    HELD,
-    LATE_RATE,
-    LIMIT_COSINE,
-    LIMIT_LEAD,
-    LIMIT_SINE,
-    LIMIT_SLOPE,
-    LIMIT_WAVENUMBER,
-    LOG_RATIO,
-    ODD_CURVE,
-    PLAY,
-    RATE,
-    SETTLING,
-    SETTLING_TIME,
-    SINE,
-    SINE2,
-    STRIBECK,
-    WARMING,
-    WAVENUMBER,
-)
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
 from bayes_hw.gap.joint.response.state_kernel import own_difference
@@ -56,25 +25,27 @@ def limited_command(  # type: ignore[no-untyped-def]
     """The command over one of `steps` of a sample behind limits of rate and size, `ins` (INPUTS,), at w after
     a step of `speed`; both ramps after it, and to where a ramp moves at once in the sample that `begins` with
     this step."""
-    ahead = w + ins[LIMIT_LEAD] * steps * speed
-    a = ins[LIMIT_WAVENUMBER] * ahead
-    factor = 1 + ins[LIMIT_SINE] * math.sin(a) + ins[LIMIT_COSINE] * math.cos(a) + ins[LIMIT_SLOPE] * ahead
+    ahead = w + ins[K.LIMIT_LEAD] * steps * speed
+    a = ins[K.LIMIT_WAVENUMBER] * ahead
+    factor = (
+        1 + ins[K.LIMIT_SINE] * math.sin(a) + ins[K.LIMIT_COSINE] * math.cos(a) + ins[K.LIMIT_SLOPE] * ahead
+    )
     lowest, highest = lower * factor, upper * factor
     v = asked
-    if ins[EARLY_RATE] > 0.0:
+    if ins[K.EARLY_RATE] > 0.0:
         if begins:
-            held = ramped(asked, early, ins[EARLY_RATE])[1]
-        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[EARLY_RATE] * steps, lowest, highest)
-        v += ins[HELD] * (min(max(held, lowest), highest) - v)
+            held = ramped(asked, early, ins[K.EARLY_RATE])[1]
+        v, _, _, _, _, early, _, _ = ramped_within(asked, early, ins[K.EARLY_RATE] * steps, lowest, highest)
+        v += ins[K.HELD] * (min(max(held, lowest), highest) - v)
     elif asked < lowest:
         v = lowest
     elif asked > highest:
         v = highest
-    if ins[LATE_RATE] > 0.0:
+    if ins[K.LATE_RATE] > 0.0:
         if begins:
-            held = ramped(v, late, ins[LATE_RATE])[1]
-        v, late, _, _, _, _ = ramped(v, late, ins[LATE_RATE] * steps)
-        v += ins[HELD] * (held - v)
+            held = ramped(v, late, ins[K.LATE_RATE])[1]
+        v, late, _, _, _, _ = ramped(v, late, ins[K.LATE_RATE] * steps)
+        v += ins[K.HELD] * (held - v)
     return v, early, late, held
 
 
@@ -125,17 +96,17 @@ def loop_jointly(  # type: ignore[no-untyped-def]
             for j in range(n_laws):
                 w += x_direct[j]
             # The output.
-            out = min(max(out, w - outs[PLAY]), w + outs[PLAY])
+            out = min(max(out, w - outs[K.PLAY]), w + outs[K.PLAY])
             y = 0.0
             if out > half_width:
-                y = math.exp(outs[LOG_RATIO]) * (out - half_width)
+                y = math.exp(outs[K.LOG_RATIO]) * (out - half_width)
             elif out < -half_width:
                 y = out + half_width
-            if outs[SINE] != 0.0 or outs[COSINE] != 0.0:
-                a = outs[WAVENUMBER] * out
-                y += outs[SINE] * math.sin(a) + outs[COSINE] * (math.cos(a) - 1)
-                y += outs[SINE2] * math.sin(2 * a) + outs[COSINE2] * (math.cos(2 * a) - 1)
-            y += outs[RATE] * k + outs[SETTLING] * (1 - math.exp(-k / outs[SETTLING_TIME]))
+            if outs[K.SINE] != 0.0 or outs[K.COSINE] != 0.0:
+                a = outs[K.WAVENUMBER] * out
+                y += outs[K.SINE] * math.sin(a) + outs[K.COSINE] * (math.cos(a) - 1)
+                y += outs[K.SINE2] * math.sin(2 * a) + outs[K.COSINE2] * (math.cos(2 * a) - 1)
+            y += outs[K.RATE] * k + outs[K.SETTLING] * (1 - math.exp(-k / outs[K.SETTLING_TIME]))
             # The controller.
             if k % ratio == 0:
                 error = reference[k] - y
@@ -161,15 +132,15 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                 v, early, late, held = limited_command(
                     asked, w, w - w1, lower, upper, ins, early, late, held, steps, step == 0
                 )
-                v += ins[EVEN_CURVE] * abs(v) + ins[ODD_CURVE] * abs(v) * v
-                v *= 1 + ins[CHANGE] * (1 - math.exp(-(k + step / steps) / ins[WARMING]))
-                v += ins[BIAS]
+                v += ins[K.EVEN_CURVE] * abs(v) + ins[K.ODD_CURVE] * abs(v) * v
+                v *= 1 + ins[K.CHANGE] * (1 - math.exp(-(k + step / steps) / ins[K.WARMING]))
+                v += ins[K.BIAS]
                 # Torques.
                 for j in range(n_laws):
                     q = w
-                    if bases[j] == BASE_COMMAND:
+                    if bases[j] == K.BASE_COMMAND:
                         q = v
-                    elif bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                    elif bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
                         q = residue[d] * v
                         for i in range(n_real):
                             q += (real[d, 0, i] - 1) * x_real[i] + real[d, 1, i] * v
@@ -178,14 +149,14 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         for i in range(n_laws):
                             q += (direct[d, i, 1] - 1) * x_direct[i]
                         q *= steps
-                    elif bases[j] == BASE_SPEED:
+                    elif bases[j] == K.BASE_SPEED:
                         q = (w - w1) * steps
-                    elif bases[j] == BASE_MOTOR:
+                    elif bases[j] == K.BASE_MOTOR:
                         q = integral
                         for i in range(n_real):
                             q += x_real[i]
-                    elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
-                        power = 2 if bases[j] == BASE_TWIST else 3
+                    elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
+                        power = 2 if bases[j] == K.BASE_TWIST else 3
                         scaled = float(steps) ** power
                         q = 0.0
                         for i in range(n_real):
@@ -198,9 +169,9 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                     for i in range(n_sections):
                         q += signal_sections[d, j, 0, i] * x1[i] + signal_sections[d, j, 1, i] * x2[i]
                     t0, t1, t2 = thetas[d, j]
-                    if bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+                    if bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
                         own = direct[d, j, 0] + port_real[d, j].sum() + port_sections[d, j, 0].sum()
-                        taus[j], _, _, _, _, _ = held_back(q, own * steps, t0, t1, t2, laws[j] == STRIBECK)
+                        taus[j], _, _, _, _, _ = held_back(q, own * steps, t0, t1, t2, laws[j] == K.STRIBECK)
                     else:
                         taus[j], memory[j], _, _, _, _, _, _ = law_of(
                             laws[j], q, w, t0, t1, t2, memory[j], share

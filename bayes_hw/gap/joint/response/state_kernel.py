@@ -9,16 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from bayes_hw.gap.joint.forms.effect_codes import (
-    BASE_COMMAND,
-    BASE_MOTOR,
-    BASE_SPEED,
-    BASE_TWIST,
-    BASE_TWIST_RATE,
-    COULOMB,
-    INNOVATION,
-    STRIBECK,
-)
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -52,9 +43,9 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
         found[0, n + 2 * i + 1] = 0.0
     for j in range(count):
         q = found[1 + j]
-        if bases[j] == BASE_COMMAND:
+        if bases[j] == K.BASE_COMMAND:
             q[states] = 1.0
-        elif bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+        elif bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
             ahead = residue
             for i in range(n):
                 q[i] = steps * (real[0, i] - 1.0)
@@ -65,18 +56,18 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
             for i in range(count):
                 q[n + 2 * m + i] = steps * (direct[i, 1] - 1.0)
             q[states] = steps * ahead
-        elif bases[j] == BASE_SPEED:
+        elif bases[j] == K.BASE_SPEED:
             q[:] = steps * found[0]
             q[states - 1] = -steps
-        elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
-            power = 2 if bases[j] == BASE_TWIST else 3
+        elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
+            power = 2 if bases[j] == K.BASE_TWIST else 3
             scaled = float(steps) ** power
             for i in range(n):
                 q[i] = scaled * (real[0, i] - 1.0) ** power
             for i in range(m):
                 e1, e2, _, _, _, _ = own_difference(sections[0, i], sections[1, i], power)
                 q[n + 2 * i], q[n + 2 * i + 1] = scaled * e1, scaled * e2
-        elif bases[j] == BASE_MOTOR:
+        elif bases[j] == K.BASE_MOTOR:
             q[:n] = 1.0
             q[states - 2] = 1.0
         else:
@@ -137,7 +128,7 @@ def signal_sources(  # type: ignore[no-untyped-def]
     weights = np.empty(where.shape[1])
     for j in range(count):
         begin = at
-        if bases[j] == BASE_SPEED and laws[j] in (COULOMB, STRIBECK):
+        if bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
             where[1, at], where[2, at], weights[at] = c_residue, states, steps
             at += 1
             for i in range(n):
@@ -151,8 +142,8 @@ def signal_sources(  # type: ignore[no-untyped-def]
             for i in range(count):
                 where[1, at], where[2, at], weights[at] = c_direct[i, 1], n + 2 * m + i, steps
                 at += 1
-        elif bases[j] in (BASE_TWIST, BASE_TWIST_RATE):
-            power = 2 if bases[j] == BASE_TWIST else 3
+        elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
+            power = 2 if bases[j] == K.BASE_TWIST else 3
             scaled = float(steps) ** power
             for i in range(n):
                 where[1, at], where[2, at] = c_real[0, i], i
@@ -183,7 +174,7 @@ def advance_tangents(  # type: ignore[no-untyped-def]
     real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
 ):
     """Tangents of the states a step on, without what feeds them and what v does; of w and of the signals of
-    the laws (all but an INNOVATION have one) from the states after it."""
+    the laws (all but an K.INNOVATION have one) from the states after it."""
     n_laws, padded, n_real = len(laws), d_state.shape[1], real.shape[1]
     at_integral, at_before = at_direct + n_laws, at_direct + n_laws + 1
     for c in range(padded):
@@ -194,13 +185,13 @@ def advance_tangents(  # type: ignore[no-untyped-def]
             x = pole * d_state[at, c] + weight * d_taus[j, c]
             d_state[at, c] = x
             d_w[c] += x
-    # The first law that looks at anything; an INNOVATION alone has a row of zeros.
+    # The first law that looks at anything; an K.INNOVATION alone has a row of zeros.
     first, last = 0, n_laws - 1
     for j in range(n_laws - 1, -1, -1):
-        if laws[j] != INNOVATION:
+        if laws[j] != K.INNOVATION:
             first = j
     for j in range(n_laws):
-        if laws[j] == INNOVATION:
+        if laws[j] == K.INNOVATION:
             continue
         of_integral, of_before = looks[1 + j, at_integral], looks[1 + j, at_before]
         for c in range(padded):
@@ -263,7 +254,7 @@ def advance_tangents(  # type: ignore[no-untyped-def]
                 d_signals[first, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
         for j in range(first + 1, n_laws):
             e_1, e_2 = looks[1 + j, at], looks[1 + j, after]
-            if laws[j] != INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
+            if laws[j] != K.INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
                 for c in range(padded):
                     d_signals[j, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
 

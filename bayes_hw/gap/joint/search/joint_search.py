@@ -18,8 +18,7 @@ from bayes_hw.gap.joint.fit.structure_moves import (
     pruned,
 )
 from bayes_hw.gap.joint.forms.effect_form import FORMS
-from bayes_hw.gap.joint.residuals.jumps import jumps
-from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults, weighted
+from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import (

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from joint_axis import GIVEN_SAMPLES, SIGMA, measured, model
 
-from bayes_hw.gap.joint.decision.given_calibration import GivenCalibration
-from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.readings import read_faults

@@ -11,8 +11,7 @@ import pytest
 
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
-from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide, decide_jointly
-from bayes_hw.gap.joint.decision.joint_evidence import JointEvidence
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, JointEvidence, decide, decide_jointly
 from bayes_hw.gap.joint.residuals.remainder import Remainder
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 

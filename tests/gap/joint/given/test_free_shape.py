@@ -10,7 +10,7 @@ from joint_axis import SIGMA, command, form, measured, model, record, response_w
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
-from bayes_hw.gap.joint.given import given_search
+from bayes_hw.gap.joint.given import given_rivals, given_search
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import STATIC
 from bayes_hw.gap.joint.given.given_response import GivenFit
@@ -82,6 +82,7 @@ def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch)
     trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
     monkeypatch.setattr(given_search, "_extended", lambda *_: trail)
     monkeypatch.setattr(given_search, "verified", lambda *_: (weak, {"gain_asymmetry": 30.0}))
+    monkeypatch.setattr(given_rivals, "every_law", lambda *_: [])
     found = search_given(base.response.records, model())
     assert set(found.nats) == {"other"}
     assert set(found.ends) == {"gain_asymmetry", "other"}

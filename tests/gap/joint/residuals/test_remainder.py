@@ -9,9 +9,13 @@ from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, measured, scale
 from scipy.signal import lfilter
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.noise.noise_rhythm import rhythm_nats
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
-from bayes_hw.gap.joint.residuals.remainder import coloured_nats, remainder_of, samples_of_variance
+from bayes_hw.gap.joint.residuals.remainder import (
+    coloured_nats,
+    remainder_of,
+    rhythm_nats,
+    samples_of_variance,
+)
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate

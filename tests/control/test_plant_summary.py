@@ -10,7 +10,7 @@ from printed.nanshan import nanshan_model
 from spread_axis import spread_posterior
 
 from bayes_hw.control.axis_draws import AxisDraws
-from bayes_hw.control.zeros import antiresonances, minimum_phase, zeros
+from bayes_hw.control.plant_summary import antiresonances, minimum_phase, zeros
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 
