@@ -164,6 +164,8 @@ def run(parsed: argparse.Namespace) -> None:
     for done in notes:
         note(done)
     if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
+        from bayes_hw.gap.joint.joint_diagnosis import OWN_MODEL
+
         _joint(parsed, out, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
     if parsed.known:
@@ -251,12 +253,6 @@ def default_out(parsed: argparse.Namespace) -> str:
         named = (parsed.simulator or "").partition(":")[0]
         name = Path(parsed.model or named).stem if parsed.model or named else ""
     return f"{name}_diagnosis" if name else "diagnosis"
-
-
-OWN_MODEL = (
-    "the model given was identified from these very records, so that its structure may have taken up what is "
-    "missing: it is opened again and inferred together with the effects"
-)
 
 
 def _own_model(model: str, train: Sequence[Record]) -> bool:

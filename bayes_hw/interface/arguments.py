@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from operator import index
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -51,13 +52,17 @@ def _made_of(given: Any) -> str:
 
 
 def model_given(model: Any) -> HammersteinWiener:
-    """The model; raises InputError where it is none."""
-    if not isinstance(model, HammersteinWiener):
+    """The model, that of an answer which holds one, or that in the file of this path; raises InputError where
+    there is none."""
+    if isinstance(model, str | os.PathLike):
+        return HammersteinWiener.read(Path(model))
+    found = getattr(model, "model", model)
+    if not isinstance(found, HammersteinWiener):
         raise InputError(
             f"model: is of type {type(model).__name__}; give a HammersteinWiener, such as "
             "identify(records).model"
         )
-    return model
+    return found
 
 
 def generator(seed: int) -> np.random.Generator:

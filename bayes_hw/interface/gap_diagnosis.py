@@ -16,9 +16,10 @@ from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint import joint_diagnosis
-from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.gap.joint.joint_diagnosis import OWN_MODEL, JointDiagnosis
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
 from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.identified_axis import IdentifiedAxis
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Origin, Start, rested
@@ -34,6 +35,7 @@ from bayes_hw.simulators.simulator_diagnosis import (
     write_corrected_simulator,
 )
 from bayes_hw.simulators.simulator_file import SimulatorFile
+from bayes_hw.time_budget import SEARCH_S
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +92,15 @@ class GapDiagnosis:
             write_corrected_simulator(self.simulator, self.diagnosis, Path(folder) / CORRECTED, rng)
 
 
+MODEL_FILES = (".json", ".mat")
+"""Endings of a model's file; any other is a simulator's."""
+
 CORRECTED_SEED = 1
 """Of the choice of draws that a corrected simulator comes with."""
 
 
 def diagnose(
-    model: HammersteinWiener | Path | str | Record | Sequence[Record],
+    model: HammersteinWiener | IdentifiedAxis | Path | str | Record | Sequence[Record],
     train: Record | Sequence[Record],
     holdout: Record | Sequence[Record] | None = None,
     *,
@@ -106,47 +111,68 @@ def diagnose(
     origin: Origin = "start",
     accept: Collection[str] = (),
     declaration: Path | str | None = None,
+    within_s: float = SEARCH_S,
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
-    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together. A
-    `model` may be the path of a MuJoCo model or an FMU, with the path of its `declaration` (beside it, with
-    .toml, where not given); `write` then gives the simulator back with the effect in it.
+    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together; so
+    they are where the model is what `identify` found in these very records. A `model` may be the path of a
+    model.json, or of a MuJoCo model or an FMU, with the path of its `declaration` (beside it, with .toml,
+    where not given); `write` then gives the simulator back with the effect in it.
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
     record that begins in motion is cut to where it first rests, unless `start` is "rest". A record that is
-    not what it is said to be, such as an "unrelated" one, is refused unless `accept` names that. What was
-    done is warned of as BayesHWWarning. Raises InputError on arguments that are not what they should be, and
-    on records that do not fit the model.
+    not what it is said to be, such as an "unrelated" one, is refused unless `accept` names that. A search
+    that takes `within_s` seconds ends with what it has, and a note says so. What was done is warned of as
+    BayesHWWarning. Raises InputError on arguments that are not what they should be, and on records that do
+    not fit the model.
     """
     with in_python():
-        rng = generator(seed)
-        if isinstance(model, Path | str):
+        rng, number, labels = generator(seed), threads(jobs), struck(without)
+        if isinstance(model, Path | str) and Path(model).suffix.lower() not in MODEL_FILES:
             return _of_file(
-                Path(model), declaration, train, holdout, rng, jobs, struck(without), origin, start, accept
+                Path(model), declaration, train, holdout, rng, number, labels, origin, start, accept, within_s
             )
         if declaration is not None:
             raise InputError("declaration: goes with the path of a simulator's file")
-        if holdout is None and not isinstance(model, HammersteinWiener):
-            own, cut = rested(records_given(model), start)
-            warn_of(cut)
-            given = entered(own, records_given(train, "holdout"), origin=origin, start=start, accept=accept)
-            found = joint_diagnosis.diagnose_records(
-                given.records, given.holdout, rng, name=own[0].name, start=start, jobs=threads(jobs)
-            )
-            return GapDiagnosis(found)
+        if holdout is None and not isinstance(model, HammersteinWiener | IdentifiedAxis | Path | str):
+            own, held_out = records_given(model), records_given(train, "holdout")
+            return _of_records(own, held_out, rng, number, origin, start, accept, within_s)
         if holdout is None:
             raise InputError("holdout: is missing; give records held out, which are never fitted")
         simulator = model_given(model)
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
-        number, labels = threads(jobs), struck(without)
+        if isinstance(model, IdentifiedAxis) and model.is_of(records):
+            return _of_records(records, held_out, rng, number, origin, start, accept, within_s, (OWN_MODEL,))
         posing = Case.of_records(simulator.name, simulator, records, held_out)
         case, notes = posing.posed(origin=origin, start=start, accepted=accept)
         warn_of(notes)
         if isinstance(case, Case) and not labels and needs_ports(case.model):
-            return GapDiagnosis(diagnose_by_ports(case, rng, start=start))
-        return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels))
+            return GapDiagnosis(diagnose_by_ports(case, rng, start=start, within_s=within_s))
+        return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, within_s=within_s))
+
+
+def _of_records(
+    records: Sequence[Record],
+    holdout: Sequence[Record],
+    rng: np.random.Generator,
+    jobs: int,
+    origin: Origin,
+    start: Start,
+    accept: Collection[str],
+    within_s: float,
+    notes: Sequence[str] = (),
+) -> GapDiagnosis:
+    """The diagnosis of records alone."""
+    own, cut = rested(records, start)
+    warn_of(cut)
+    given = entered(own, holdout, origin=origin, start=start, accept=accept)
+    found = joint_diagnosis.diagnose_records(
+        given.records, given.holdout, rng, name=own[0].name, start=start, jobs=jobs, within_s=within_s,
+        notes=notes,
+    )  # fmt: skip
+    return GapDiagnosis(found)
 
 
 def _of_file(
@@ -155,22 +181,20 @@ def _of_file(
     train: Record | Sequence[Record],
     holdout: Record | Sequence[Record] | None,
     rng: np.random.Generator,
-    jobs: int | None,
+    jobs: int,
     labels: frozenset[str],
     origin: Origin,
     start: Start,
     accept: Collection[str],
+    within_s: float,
 ) -> GapDiagnosis:
     """The diagnosis of a simulator in a file."""
     if holdout is None:
         raise InputError("holdout: is missing; give records held out, which are never fitted")
-    records, held_out, number = (
-        records_given(train, "train"),
-        records_given(holdout, "holdout"),
-        threads(jobs),
-    )
-    axis = open_simulator(path, None if declaration is None else Path(declaration), number)
+    records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
+    axis = open_simulator(path, None if declaration is None else Path(declaration), jobs)
     case, notes = simulator_case(axis, records, held_out, origin=origin, start=start, accepted=accept)
     warn_of(notes)
-    full = full_simulator(axis, number)
-    return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, full=full), axis)
+    full = full_simulator(axis, jobs)
+    found = diagnosis.diagnose(case, rng, jobs=jobs, without=labels, full=full, within_s=within_s)
+    return GapDiagnosis(found, axis)

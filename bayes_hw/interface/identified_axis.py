@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -33,8 +34,18 @@ class IdentifiedAxis:
 
     @property
     def model(self) -> HammersteinWiener:
-        """The estimate, ready for `sample`, `diagnose` and `model.write("model.json")`."""
+        """The estimate, as `model.write("model.json")` stores it; `sample` and `diagnose` take the whole."""
         return self.identification.model
+
+    def is_of(self, records: Sequence[Record]) -> bool:
+        """Whether any of these records is one that it was identified from."""
+        return any(
+            len(own) == len(one)
+            and np.array_equal(own.u, one.u)
+            and np.allclose(own.y_or_nan + own.origin, one.y_or_nan + one.origin, equal_nan=True)
+            for own in self.records
+            for one in records
+        )
 
     @property
     def warnings(self) -> tuple[str, ...]:

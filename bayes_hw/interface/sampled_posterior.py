@@ -20,6 +20,7 @@ from bayes_hw.infer.start_state import start_of_prediction, started_as
 from bayes_hw.infer.starting_point import NoiseKind
 from bayes_hw.interface.arguments import generator, model_given, records_given, threads
 from bayes_hw.interface.doors import entered, warn_of
+from bayes_hw.interface.identified_axis import IdentifiedAxis
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.phrases import rounded
@@ -135,7 +136,7 @@ class SampledPosterior:
 
 
 def sample(
-    model: HammersteinWiener,
+    model: HammersteinWiener | IdentifiedAxis | Path | str,
     records: Record | Sequence[Record],
     *,
     seed: int = 1,
@@ -148,6 +149,8 @@ def sample(
     jobs: int | None = None,
 ) -> SampledPosterior:
     """The posterior of `model`'s free parameters given `records`; as `bayes-hw sample`.
+
+    The `model` may be what `identify` returned, or the path of a model.json.
 
     `jobs` threads (all cores unless given) change no number. Angles count from where each record begins,
     unless `origin` is "absolute". With `start` "free" the initial state of every record is estimated, "rest"

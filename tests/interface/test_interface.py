@@ -21,9 +21,10 @@ import bayes_hw
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
+from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.identify.four_steps import identify
 from bayes_hw.infer.inference import Inference
-from bayes_hw.interface import sampled_posterior
+from bayes_hw.interface import gap_diagnosis, sampled_posterior
 from bayes_hw.interface.identified_axis import IdentifiedAxis
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
@@ -152,3 +153,42 @@ def test_a_setting_that_does_not_exist_is_named(
         bayes_hw.sample(small_axis, [small_record], **typo)
     with pytest.raises(InputError, match="records: is empty"):
         bayes_hw.sample(small_axis, [])
+
+
+def test_sample_takes_what_identify_returned_and_a_path(
+    estimate: IdentifiedAxis, shown: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def inferred(model: HammersteinWiener, *_: Any, **__: Any) -> Inference:
+        raise InputError(f"{model.name} of {len(model.linear.poles)} poles")
+
+    path = tmp_path / "model.json"
+    estimate.model.write(path)
+    monkeypatch.setattr(sampled_posterior, "infer", inferred)
+    said = f"{estimate.model.name} of {len(estimate.model.linear.poles)} poles"
+    for given in (estimate.model, estimate, path, str(path)):
+        with pytest.raises(InputError, match=said):
+            bayes_hw.sample(given, shown["records"])
+
+
+def test_a_model_of_these_very_records_is_opened_again(
+    estimate: IdentifiedAxis, shown: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Structure and effects are then inferred together; around a model of other records they are not."""
+
+    def together(*_: Any, notes: tuple[str, ...], within_s: float, **__: Any) -> None:
+        raise InputError(f"{notes[0][:60]} {within_s:g}")
+
+    def around(*_: Any, **__: Any) -> None:
+        raise InputError("around the model")
+
+    monkeypatch.setattr(joint_diagnosis, "diagnose_records", together)
+    monkeypatch.setattr(gap_diagnosis, "diagnose_by_ports", around)
+    own, held_out = shown["records"], Record.read("holdout.csv")
+    with pytest.raises(InputError, match=r"identified from these very records.* 30"):
+        bayes_hw.diagnose(estimate, own, held_out, within_s=30)
+    with pytest.raises(InputError, match="around the model"):
+        bayes_hw.diagnose(estimate, held_out, own[0])
+    with pytest.raises(InputError, match="around the model"):
+        bayes_hw.diagnose(estimate.model, own, held_out)
+    with pytest.raises(InputError, match="holdout: is missing"):
+        bayes_hw.diagnose(estimate, own)

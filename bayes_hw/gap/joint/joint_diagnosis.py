@@ -67,6 +67,12 @@ from bayes_hw.time_budget import at_most
 
 PREDICTED_DRAWS, FEWEST_STABLE = 40, 5
 SEGMENTS = 12
+OWN_MODEL = (
+    "the model given was identified from these very records, so that its structure may have taken up what is "
+    "missing: it is opened again and inferred together with the effects"
+)
+"""Said of such a model."""
+
 MOST_SAMPLES = 40_000
 """Of all records together that a search sees: of longer ones each record's beginning, in proportion."""
 
