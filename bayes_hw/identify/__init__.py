@@ -1,8 +1,8 @@
 """identify(records, *, seed=1, name=None, start="auto", origin="start") -> IdentifiedAxis
 
 The four-step estimate of a Hammerstein-Wiener model from one Record or several of one axis; as `bayes-hw
-identify`. `sample` and `diagnose` take it, or its `.model`. `name` is the model's; `start` is "rest", "free" (the
-initial state of every record is estimated) or "auto"; angles count from where each record begins unless
+identify`. `sample` and `diagnose` take it, or its `.model`. `name` is the model's; `start` is "rest", "free"
+(the initial state of every record is estimated) or "auto"; angles count from where each record begins unless
 `origin` is "absolute". Raises InputError where the records cannot be used. See
 `bayes_hw.interface.identified_axis.identify`.
 
