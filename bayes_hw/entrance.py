@@ -96,14 +96,14 @@ def check_repeats(records: Sequence[Record], holdout: Sequence[Record] = ()) -> 
     """Raise InputError where a record is there twice, or a record held out is one, or a part of one, that is
     estimated from."""
     for first, second in combinations(records, 2):
-        if _is_within(second, first) or _is_within(first, second):
+        if share_samples(first, second):
             raise InputError(
                 f"{_place(second)}: holds the samples of {_place(first)} again; leave one out: counted twice "
                 "they make every interval too narrow"
             )
     for held in holdout:
         for record in records:
-            if _is_within(held, record) or _is_within(record, held):
+            if share_samples(held, record):
                 raise InputError(
                     f"{_place(held)}: is held out but its samples are in {_place(record)}, which the model "
                     "is fitted to; hold out another record, or split one"
@@ -252,6 +252,11 @@ def check_rate(record: Record, rate_hz: float, name: str, tolerance: float = RAT
             f"{_place(record)}: sampled at {record.sample_rate_hz:g} Hz but {name} is for {rate_hz:g} Hz; "
             f"resample with --resample {rate_hz:g}"
         )
+
+
+def share_samples(first: Record, second: Record) -> bool:
+    """Whether one of them is the other, or a stretch of it."""
+    return _is_within(first, second) or _is_within(second, first)
 
 
 def _is_within(part: Record, whole: Record) -> bool:

@@ -149,7 +149,6 @@ def _run(parsed: argparse.Namespace) -> None:
 
 
 def _score(parsed: argparse.Namespace) -> None:
-
     import numpy as np
 
     from bayes_hw.commands.speech import say

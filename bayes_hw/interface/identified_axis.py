@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bayes_hw.entrance import share_samples
 from bayes_hw.gap.joint.answer.known_model import with_known
 from bayes_hw.identify import four_steps
 from bayes_hw.identify.result import Identification
@@ -38,11 +38,9 @@ class IdentifiedAxis:
         return self.identification.model
 
     def is_of(self, records: Sequence[Record]) -> bool:
-        """Whether any of these records is one that it was identified from."""
+        """Whether any of these records is one that it was identified from, wherever its angles count from."""
         return any(
-            len(own) == len(one)
-            and np.array_equal(own.u, one.u)
-            and np.allclose(own.y_or_nan + own.origin, one.y_or_nan + one.origin, equal_nan=True)
+            share_samples(one.counted_from(own.origin - one.origin), own)
             for own in self.records
             for one in records
         )

@@ -7,6 +7,7 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -192,3 +193,13 @@ def test_a_model_of_these_very_records_is_opened_again(
         bayes_hw.diagnose(estimate.model, own, held_out)
     with pytest.raises(InputError, match="holdout: is missing"):
         bayes_hw.diagnose(estimate, own)
+
+
+def test_a_repeat_of_a_record_is_another_record(estimate: IdentifiedAxis, shown: dict[str, Any]) -> None:
+    """At 134 deg, noise of a ten thousandth of a degree alone tells the second run of a command."""
+    first = shown["records"][0]
+    run = replace(first, y=first.y + 134.2)
+    identified = replace(estimate, records=(run.counted_from(134.2),))
+    noise = 1e-4 * np.random.default_rng(1).standard_normal(len(run))
+    assert identified.is_of([run]) and identified.is_of([run.counted_from(100.0)])
+    assert not identified.is_of([replace(run, y=run.y + noise)])
