@@ -10,6 +10,7 @@ import numpy as np
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.identify.cascade import CascadeValues
+from bayes_hw.identify.holes import without_past
 from bayes_hw.identify.subspace import ObservabilitySubspace, observability_subspace
 from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
@@ -69,6 +70,11 @@ class Experiment:
     @property
     def sample_rate_hz(self) -> float:
         return self.records[0].sample_rate_hz
+
+    def without_past(self, delay_samples: int) -> Experiment:
+        """The same without the outputs that commands before the records decide, see `holes.without_past`."""
+        records = without_past(self.records, delay_samples)
+        return replace(self, records=records, moving=moving_samples(records, self.noise_level))
 
     def in_original_units(self, values: CascadeValues) -> CascadeValues:
         """A parameter vector of the scaled records in the units of the records as given."""

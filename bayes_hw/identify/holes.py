@@ -13,7 +13,7 @@ doi 10.1080/00401706.1980.10486171), run only over a hole and the p samples behi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -23,6 +23,24 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.record import Record
 
 IntArray = NDArray[np.int64]
+
+
+PAST_DELAYS = 2
+"""Delays that pass in a record begun in motion before its outputs count: during the first they answer
+commands given before it, and during the second what fast poles still hold of these decays."""
+
+MOST_OF_RECORD = 0.25
+"""Of a record begun in motion that its unknown past may cost."""
+
+
+def without_past(records: Sequence[Record], delay_samples: int) -> tuple[Record, ...]:
+    """Records begun in motion without the outputs that commands before their beginning decide: nobody knows
+    these, and initial states cannot stand for the fast poles' part of them."""
+    found = []
+    for record in records:
+        unknown = min(PAST_DELAYS * delay_samples, int(MOST_OF_RECORD * len(record)))
+        found.append(replace(record, measured=record.measured_samples & (np.arange(len(record)) >= unknown)))
+    return tuple(found)
 
 
 def masks_of(records: Sequence[Record]) -> tuple[BoolArray, ...] | None:

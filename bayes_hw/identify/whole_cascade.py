@@ -17,6 +17,7 @@ from bayes_hw.identify.cascade_fit import CascadeFit
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import (
+    apparent_delay,
     coarse_delay,
     safe_delay,
     too_long,
@@ -97,6 +98,11 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
         free_start=experiment.free_start,
     )
     small = _small(experiment, structure, min(SMALL_ORDER, max_order), told(0))
+    if experiment.free_start:
+        begun = replace(structure, delay_samples=apparent_delay(experiment.records))
+        small = likeliest([small, _small(experiment, begun, min(SMALL_ORDER, max_order), told(0))])
+        whole = whole.without_past(factor * small.structure.delay_samples)
+        experiment = for_search(whole, factor)
     wanted, done, resumed = [small.structure.delay_samples], set[int](), list[Grown]()
     while wanted:
         delay = wanted.pop()

@@ -16,7 +16,7 @@ import numpy as np
 from bayes_hw import __version__
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.identify.holes import with_holes
+from bayes_hw.identify.holes import with_holes, without_past
 from bayes_hw.identify.noise import autoregression_from_partial
 from bayes_hw.identify.output_error import levelled, simulated_outputs
 from bayes_hw.infer.centred_weights import CentredWeights
@@ -90,6 +90,14 @@ def axis_for(
     return AxisParameters(model, free, output_scale=scale, start_positions=positions)
 
 
+def told_by(model: HammersteinWiener, records: Sequence[Record], start: StartCondition) -> tuple[Record, ...]:
+    """The records with what `model` can say something of measured: see `without_past` for those that begin in
+    motion. Long ones stay whole, their expanded likelihood knows no holes."""
+    if start == "rest" or are_long(records):
+        return tuple(records)
+    return without_past(records, model.linear.delay_samples)
+
+
 def infer(
     model: HammersteinWiener,
     records: Sequence[Record],
@@ -113,6 +121,7 @@ def infer(
     is kept there block by block.
     """
     begin = time.perf_counter()
+    records = told_by(model, records, start)
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
     start_rng, sampler_rng = rng.spawn(2)
@@ -228,6 +237,7 @@ def estimated(
     if not records:
         raise InputError("no record to sample from; give at least one")
     check_rates(model, records)
+    records = told_by(model, records, start)
     axis = axis_for(model, records, "conditional" if free == "conditional" else "all", start)
     expanded = noise != "student-t" and are_long(records) and not model.known
     axis = without_unseen_poles(axis, *(beginnings(records) if expanded else (records, 1.0)))

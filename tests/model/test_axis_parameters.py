@@ -10,6 +10,7 @@ from printed.nanshan import nanshan_model
 from simulated_records import command
 
 from bayes_hw.model.axis_parameters import AxisParameters, FreeSet
+from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.kernel import simulate_batch
 from bayes_hw.model.linear import LinearBlock, Mode
@@ -192,3 +193,12 @@ def test_renumbering_poles_changes_their_names_and_nothing_else(free: FreeSet) -
         axis.frequency_response(swapped[:, None], frequency),
         rtol=1e-9,
     )
+
+
+def test_a_pole_of_no_weight_has_no_free_response() -> None:
+    """Its initial state is not a number otherwise, and nor is any output."""
+    linear = LinearBlock(np.array([0.9 + 0j]), np.array([1.0, 0.9], complex), 0.1, 0)
+    model = HammersteinWiener("axis", 20.0, Saturation(-1.0, 1.0), linear, DeadZone(0.0), ())
+    axis = AxisParameters(model, start_positions=np.array([0.5]), output_scale=1.0)
+    form = axis.modal_form(axis.nominal[:, None], 0)
+    assert np.isfinite(form.real_state).all()

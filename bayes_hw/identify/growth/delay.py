@@ -26,11 +26,33 @@ SCAN_STEPS = 2
 SAFE_SHARE = 0.75
 """Of a delay that is too long."""
 
+APPARENT_TAPS = 6
+
 
 def longest_delay(records: Sequence[Record]) -> int:
     """The longest delay looked for, in samples."""
     longest = max(records, key=len)
     return max(4, int(min(LONGEST_S * longest.sample_rate_hz, LONGEST_SHARE * len(longest))))
+
+
+def apparent_delay(records: Sequence[Record]) -> int:
+    """The delay behind which the increments of the output follow APPARENT_TAPS commands in a row best, by
+    least squares without any limit, dead zone or pole."""
+    longest = longest_delay(records)
+    products = np.zeros((longest + 1, APPARENT_TAPS + 1, APPARENT_TAPS + 1))
+    for record in records:
+        increments = np.diff(record.y)
+        first = longest + APPARENT_TAPS - 1
+        known = np.flatnonzero((record.measured_samples[1:] & record.measured_samples[:-1])[first:]) + first
+        for delay in range(longest + 1):
+            taps = [record.u[known - delay - tap] for tap in range(APPARENT_TAPS)]
+            rows = np.stack([*taps, increments[known]])
+            products[delay] += rows @ rows.T
+    left = []
+    for matrix in products:
+        weights = np.linalg.lstsq(matrix[:-1, :-1], matrix[:-1, -1], rcond=None)[0]
+        left.append(matrix[-1, -1] - weights @ matrix[:-1, -1])
+    return int(np.argmin(left))
 
 
 def at_delay(item: Grown, delay_samples: int) -> Grown:

@@ -128,8 +128,14 @@ class Grown:
 
     @property
     def criterion(self) -> float:
-        """Bayesian information criterion (Schwarz 1978, doi 10.1214/aos/1176344136), smaller is better."""
-        return -2 * self.log_likelihood + self.parameters * float(np.log(self.point.samples))
+        """Bayesian information criterion (Schwarz 1978, doi 10.1214/aos/1176344136), smaller is better.
+
+        What is known of an initial state does not grow with the record: such a one costs what noise alone
+        gains by it (Akaike 1974, doi 10.1109/TAC.1974.1100705).
+        """
+        states = len(self.response.records) * self.structure.order if self.structure.free_start else 0
+        lasting = self.parameters - states
+        return -2 * self.log_likelihood + lasting * float(np.log(self.point.samples)) + 2 * states
 
     @classmethod
     def at(
