@@ -4,10 +4,11 @@ Axes are drawn wide (order 3 to 12, up to three light modes, delays up to a seco
 autoregressive and heavy-tailed noise, sweeps, slews and operation records, limits met hardly or often, and
 members of the rounding box of the printed model). Each is simulated, identified and sampled from its records
 alone, and every interval is held against the truth; its width against the Cramer-Rao bound. Axes of a
-simulator of their own at 20 Hz follow, and the check is made to fail: with the structure chosen through a
-linear model of order eight at most, everything else as ever. Last, ranks of the sampler alone with the
-structure known. Writes report.html, report.pdf, results.json; finished replicates stay in OUT/replicates
-until all are made, so that a run that was stopped, or one of fewer, goes on.
+simulator of their own at 20 Hz follow, and axes drawn wide whose records were cut while the axis moved, and
+the check is made to fail: with the structure chosen through a linear model of order eight at most,
+everything else as ever. Last, ranks of the sampler alone with the structure known. Writes report.html,
+report.pdf, results.json; finished replicates stay in OUT/replicates until all are made, so that a run that
+was stopped, or one of fewer, goes on.
 """
 
 from __future__ import annotations
@@ -34,8 +35,9 @@ from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import LinearBlock, Mode
 
-COUNTS = {"axes": 200, "effect-free": 30, "fault": 12, "ranks": 200}
-"""Axes drawn wide, effect-free ones, members of the rounding box for the fault, replicates of the ranks."""
+COUNTS = {"axes": 200, "effect-free": 30, "in-motion": 30, "fault": 12, "ranks": 200}
+"""Axes drawn wide, effect-free ones, drawn ones cut while they move, members of the rounding box for the
+fault, replicates of the ranks."""
 
 QUICK_AXES, QUICK_RANKS = 1, 4
 WRONG_SHARE = 5
@@ -49,7 +51,11 @@ SETS: dict[str, dict[str, Any]] = {
     "twin_capped": {"source": "twin", "max_order": MAX_ORDER, "free": "all", "linear_proxy": True},
     "wide": {"source": "wide", "max_order": MAX_ORDER, "free": "all"},
     "effect_free": {"source": "effect-free", "max_order": MAX_ORDER, "free": "all"},
+    "in_motion": {"source": "wide", "max_order": MAX_ORDER, "free": "all", "in_motion": True},
 }
+
+COUNT_OF = {"wide": "axes", "effect_free": "effect-free", "in_motion": "in-motion"}
+"""Which count is that of a set; "fault" for the others."""
 
 SAMPLE_RATE_HZ = 20.0
 SAMPLES = 600
@@ -69,6 +75,7 @@ def main() -> None:
     result = EndToEndStudy(
         wide=summaries["wide"],
         effect_free=summaries["effect_free"],
+        in_motion=summaries["in_motion"],
         twin=summaries["twin"],
         capped=summaries["twin_capped"],
         axes=tuple(recovered["wide"]),
@@ -96,7 +103,7 @@ def main() -> None:
 
 def recovered_set(study: Study, name: str) -> list[dict[str, Any]]:
     """The replicates of one of SETS; those kept from a run that was stopped are not made again."""
-    count = study.counts[{"wide": "axes", "effect_free": "effect-free"}.get(name, "fault")]
+    count = study.counts[COUNT_OF.get(name, "fault")]
     options = SETS[name] | {"seed": 1000 + study.seed, "max_steps": MAX_STEPS}
     if study.quick:
         count, options = QUICK_AXES, options | {"max_steps": 100}

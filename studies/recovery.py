@@ -20,7 +20,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.four_steps import MAX_ORDER, identify
 from bayes_hw.identify.noise import autoregression_from_partial, stationary_autoregression
 from bayes_hw.identify.output_error import DIFFERENCE_STEP, simulated_outputs
-from bayes_hw.infer.inference import Sampled, infer
+from bayes_hw.infer.inference import Sampled, StartCondition, infer
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.infer.summary import INTERVAL_PROBABILITY
@@ -158,10 +158,11 @@ def recover(
     free: Sampled = "all",
     settings: SamplerSettings | None = None,
     found_by: Callable[[Sequence[Record]], HammersteinWiener] | None = None,
+    start: StartCondition = "rest",
 ) -> dict[str, Any]:
     """One replicate, as plain data: `identify`, then `infer`, from the records of `axis` alone.
 
-    `found_by` makes the model in place of `identify`.
+    `found_by` makes the model in place of `identify`; `start` says how the records begin.
 
     `inside` says for every true value whether the intervals of LEVELS hold it, and `z` how many posterior
     standard deviations the posterior mean lies above it; `width` is the 94 % interval over that of a normal
@@ -171,11 +172,13 @@ def recover(
     """
     begin = time.process_time()
     if found_by is None:
-        model = identify(axis.records, name="replicate", max_order=max_order).model
+        model = identify(
+            axis.records, name="replicate", max_order=max_order, free_start=start == "free"
+        ).model
     else:
         model = found_by(axis.records)
     middle = time.process_time()
-    inference = infer(model, axis.records, rng, free=free, settings=settings)
+    inference = infer(model, axis.records, rng, free=free, start=start, settings=settings)
     end = time.process_time()
     posterior = inference.posterior
     bounds = least_deviations(axis)

@@ -55,6 +55,9 @@ DAMPING = (0.01, 0.12)
 FORGETTING = 0.25
 """Part of a record within which a mode decays by 1 / e; one that rings on is told from none nowhere."""
 
+CUT = 0.25
+"""Of a record that is to begin in motion."""
+
 SLEWS = ("slews_and_tracking",)
 OPERATION = ("raster_scan", "steps_and_triangles", "telegraph", "acceptance_run")
 
@@ -137,24 +140,37 @@ def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
     """One replicate of the axis that `task` names, see `axis_of_task`, with its facts; plain data.
 
     `max_order` bounds the search, `free` is what is sampled, for at most `max_steps`. `refused` says why
-    where the records gave no posterior. With `linear_proxy` the structure is that of `linear_proxy`.
+    where the records gave no posterior. With `linear_proxy` the structure is that of `linear_proxy`; with
+    `in_motion` the records begin while the axis moves.
     """
     drawn = axis_of_task(task)
+    known = in_motion(drawn.known) if task.get("in_motion") else drawn.known
     sampler_rng = np.random.default_rng([task["seed"], task["index"], 1])
     settings = SamplerSettings(max_steps=task["max_steps"])
     same = {"facts": drawn.facts, "index": task["index"]}
     try:
         found = recover(
-            drawn.known,
+            known,
             sampler_rng,
             max_order=task["max_order"],
             free=task["free"],
             settings=settings,
             found_by=model_by_linear_proxy if task.get("linear_proxy") else None,
+            start="free" if task.get("in_motion") else "rest",
         )
     except InputError as error:
         return same | {"refused": str(error)}
     return same | found
+
+
+def in_motion(axis: KnownAxis) -> KnownAxis:
+    """The axis with CUT of every record left out at its beginning."""
+    records = []
+    for record in axis.records:
+        first = int(CUT * len(record))
+        times = record.t[first:] - record.t[first]
+        records.append(replace(record, t=times, u=record.u[first:], y=record.y[first:]))
+    return replace(axis, records=tuple(records))
 
 
 def axis_of_task(task: Mapping[str, Any]) -> DrawnAxis:

@@ -71,6 +71,7 @@ def page(model: HammersteinWiener, wide: float, capped: float, count: int = 60) 
     study = EndToEndStudy(
         wide=summarize_recovery(axes, rng),
         effect_free=summarize_recovery(replicates(30, 3), rng),
+        in_motion=summarize_recovery(replicates(30, 4), rng),
         twin=summarize_recovery(twins, rng),
         capped=summarize_recovery(proxies, rng),
         axes=tuple(axes),
