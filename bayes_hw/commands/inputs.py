@@ -68,6 +68,8 @@ def read_records(
     records: list[Record] = []
     for path in paths:
         parts = read_once(parsed, path, options)
+        if parts[0].options != options and parts[0].options not in [record.options for record in records]:
+            note(f"{path}: {parts[0].treatment[0]}")
         if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
             warn(
                 f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"
@@ -89,11 +91,20 @@ def read_records(
 
 
 def read_once(parsed: argparse.Namespace, path: str, options: ReadingOptions) -> list[Record]:
-    """The records of a file, from `parsed.read_already` where they were read before the command began."""
+    """The records of a file, from `parsed.read_already` where they were read before the command began.
+
+    Columns that were found in the first file are taken in the others that have them.
+    """
     already: dict[tuple[str, str], list[Record]] = getattr(parsed, "read_already", {})
     key = (path, repr(options))
     if key not in already:
-        already[key] = Record.read_all(path, options)
+        found = next((records[0].options for records in already.values()), options)
+        try:
+            already[key] = Record.read_all(path, found)
+        except InputError:
+            if found == options:
+                raise
+            already[key] = Record.read_all(path, options)
     return already[key]
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.column_roles.column_facts import FEWEST_NUMBERS, ColumnFacts, moves
 from bayes_hw.following import following, relation
 from bayes_hw.formats.header import split_name
-from bayes_hw.inspection.column_facts import ColumnFacts, moves
 from bayes_hw.reading_options import ReadingOptions
 
 MOST_COLUMNS = 24
@@ -55,16 +55,19 @@ POSITION_GAINS = (0.1, 3.0)
 
 
 def roles_of(
-    facts: Sequence[ColumnFacts], rate: float, options: ReadingOptions, given: ReadingOptions
+    facts: Sequence[ColumnFacts],
+    rate: float,
+    options: ReadingOptions,
+    command: str | None,
+    output: str | None,
 ) -> tuple[ReadingOptions, list[str], list[str]]:
-    """Command and output among the columns: the pair that names and numbers speak for."""
+    """Command and output among the columns: the pair that names and numbers speak for, or the one, or both,
+    that are named."""
     usable = [each for each in facts if moves(each)][:MOST_COLUMNS]
     names = {each.name: each for each in usable}
     bare = {split_name(name)[0]: name for name in names}
-    named_input = given.input_position or (given.columns.input if given.columns.input != "u" else None)
-    named_output = given.columns.output if given.columns.output != "y" else None
-    inputs = [bare.get(named_input, named_input)] if named_input else list(names)
-    outputs = [bare.get(named_output, named_output)] if named_output else list(names)
+    inputs = [bare.get(command, command)] if command else list(names)
+    outputs = [bare.get(output, output)] if output else list(names)
     scored = sorted(
         (
             (score, is_position, u, y)
@@ -106,6 +109,8 @@ def _no_pair(facts: Sequence[ColumnFacts], moving: Sequence[str]) -> str:
     elif moving:
         words.append("no output follows a command clearly")
         remedy = f"give --input NAME and --output NAME, of {', '.join(map(repr, moving))}"
+    elif any(0 < np.isfinite(each.values).sum() <= FEWEST_NUMBERS for each in still):
+        remedy = "give --input NAME and --output NAME"
     else:
         remedy = "give a log of an axis that moves"
     if not words:
