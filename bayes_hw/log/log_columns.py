@@ -146,6 +146,12 @@ def _absent(path: Path, table: Table, name: str, role: str) -> InputError:
             f"{path}: no {table.kind} {name!r}, a known input; it has {shown or 'none'}{more}: record it "
             "with the command, or give the file that holds it with --join FILE"
         )
+    if table.names and all(map(str.isdecimal, table.names)):
+        return InputError(
+            f"{path}: row 1 holds numbers: there is no header; name columns by number, from 1 to "
+            f"{len(table.names)}, such as --time 1 --input 2 --output 3, or put a header before it, such as "
+            "t,u,y"
+        )
     return InputError(
         f"{path}: no {table.kind} {name!r} for the {role}; it has {shown or 'none'}{more}: "
         f"map one with --{role} NAME{without}"
