@@ -91,6 +91,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.any_train import needs_ports
     from bayes_hw.gap.case.case import Case
+    from bayes_hw.gap.case.simulator import known_inputs
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
     from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
@@ -140,6 +141,7 @@ def run(parsed: argparse.Namespace) -> None:
     if from_file:
         declaration = None if parsed.declaration is None else Path(parsed.declaration)
         axis = open_simulator(Path(parsed.simulator), declaration, parsed.jobs)
+        inputs.add_columns(parsed, known_inputs(axis))
         records = [read_record(path, units=axis.units) for path in (*train, *holdout)]
         case, notes = simulator_case(
             axis,
@@ -152,7 +154,9 @@ def run(parsed: argparse.Namespace) -> None:
     elif folder is not None:
         case = Case.read(Path(folder), read_record)
     elif parsed.simulator is not None:
-        case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
+        simulator = find_simulator(parsed.simulator)
+        inputs.add_columns(parsed, known_inputs(simulator))
+        case = SimulatorCase.of_files(simulator, train, holdout, read_record)
     else:
         case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
     if axis is None:
@@ -168,9 +172,9 @@ def run(parsed: argparse.Namespace) -> None:
 
         _joint(parsed, out, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
-    if parsed.known:
+    if unused := [name for name in parsed.known if name not in known_inputs(case.model)]:
         warn(
-            f"known inputs ({', '.join(parsed.known)}) are not used beside a given model; diagnose the "
+            f"known inputs ({', '.join(unused)}) are not used beside a given model; diagnose the "
             "records alone to ask whether the gap follows them"
         )
     if isinstance(case, Case) and not parsed.without and needs_ports(case.model):

@@ -191,6 +191,9 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
 
 def add_known_inputs(parsed: argparse.Namespace, model: HammersteinWiener) -> None:
     """The known inputs that a model takes are read from the record even where nobody asks."""
-    for one in model.known:
-        if one.column not in parsed.known:
-            parsed.known.append(one.column)
+    add_columns(parsed, [one.column for one in model.known])
+
+
+def add_columns(parsed: argparse.Namespace, columns: Sequence[str]) -> None:
+    """Further columns to read."""
+    parsed.known += [name for name in columns if name not in parsed.known]

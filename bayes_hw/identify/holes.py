@@ -136,8 +136,9 @@ class Holes:
     """The holes of one record, with what of its residual decides their part of a likelihood.
 
     `near` (k,) are the samples up to the noise's order before or behind a hole; in them runs, which may share
-    samples, begin at `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another
-    in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
+    samples, begin at `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns,
+    one after another in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the
+    record.
     """
 
     missing: int
