@@ -25,6 +25,8 @@ from bayes_hw.formats.table import Table
 from bayes_hw.log.clock import Stamps
 from bayes_hw.reading_options import Columns, ReadingOptions
 
+TAKEN = "columns taken by their names and numbers: "
+
 
 @dataclass(frozen=True)
 class FoundColumns:
@@ -127,7 +129,7 @@ def found_options(
         )
     words = {"time": "time", "input": "position" if better.input_position else "command", "output": "output"}
     taken = [f"{words[role]} {name!r}" for role, name in better.wanted.items() if name != wanted.get(role)]
-    return better, (f"columns taken by their names and numbers: {', '.join(taken)}",)
+    return better, (f"{TAKEN}{', '.join(taken)}",)
 
 
 def _of_one_length(table: Table) -> bool:

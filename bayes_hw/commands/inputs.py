@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayes_hw.column_roles.found_columns import TAKEN
 from bayes_hw.commands.speech import note, warn
 from bayes_hw.entrance import RELATIONS, scale_finding
 from bayes_hw.errors import InputError, storable_text
@@ -66,10 +67,13 @@ def read_records(
     """
     options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
+    said: list[str] = []
     for path in paths:
         parts = read_once(parsed, path, options)
-        if parts[0].options != options and parts[0].options not in [record.options for record in records]:
-            note(f"{path}: {parts[0].treatment[0]}")
+        first = parts[0]
+        if first.treatment and first.treatment[0].startswith(TAKEN) and first.treatment[0] not in said:
+            said.append(first.treatment[0])
+            note(f"{path}: {said[-1]}")
         if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
             warn(
                 f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"
