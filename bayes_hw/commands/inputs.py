@@ -67,13 +67,13 @@ def read_records(
     """
     options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
-    said: list[str] = []
+    taken: list[str] = []
     for path in paths:
         parts = read_once(parsed, path, options)
         first = parts[0]
-        if first.treatment and first.treatment[0].startswith(TAKEN) and first.treatment[0] not in said:
-            said.append(first.treatment[0])
-            note(f"{path}: {said[-1]}")
+        if first.treatment and first.treatment[0].startswith(TAKEN) and first.treatment[0] not in taken:
+            taken.append(first.treatment[0])
+            note(f"{path}: {taken[-1]}")
         if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
             warn(
                 f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import ReadRecord, check_records
 from bayes_hw.gap.case.simulator import Simulator, known_inputs
 from bayes_hw.named_object import named_object
-from bayes_hw.posing import Origin, Start
 from bayes_hw.record import Record
 
 
@@ -41,9 +40,10 @@ class SimulatorCase:
         holdout: Sequence[Record],
         history: Sequence[FloatArray] = (),
     ) -> SimulatorCase:
-        """A case of objects. Raises InputError on a rate not the simulator's, a record too short, or one
-        without a known input that the simulator takes."""
+        """A case of objects. Raises InputError on a rate not the simulator's, a record too short, one that
+        stands in it twice, or one without a known input that the simulator takes."""
         check_records(simulator.name, simulator.sample_rate_hz, train, holdout)
+        check_repeats(train, holdout)
         for record in (*train, *holdout):
             if lacking := [name for name in known_inputs(simulator) if name not in record.known]:
                 raise InputError(
@@ -69,19 +69,6 @@ class SimulatorCase:
         """Read the records of a simulator from files."""
         records = [read_record(path, units=simulator.units) for path in (*train, *holdout)]
         return cls.of_records(simulator, records[: len(train)], records[len(train) :])
-
-    def posed(
-        self,
-        *,
-        origin: Origin = "start",  # noqa: ARG002
-        start: Start = "auto",  # noqa: ARG002
-        accepted: Collection[str] = (),  # noqa: ARG002
-        looked_at: bool = False,  # noqa: ARG002
-    ) -> tuple[SimulatorCase, tuple[str, ...]]:
-        """The case as it is, since its records begin as the simulator does. Raises InputError where a record
-        stands in it twice."""
-        check_repeats(self.train, self.holdout)
-        return self, ()
 
     @property
     def inputs(self) -> list[FloatArray]:
