@@ -34,7 +34,7 @@ def beyond_limits(held_out: Record, there: float, here: float) -> str:
 
 def sentence(verdict: Verdict, simulated: bool, held_out: str, beyond: str = "") -> str:
     """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts the
-    record `held_out`; before all that, whether it disagrees, or that it goes `beyond` what limits are known of.
+    record `held_out`; before all that, whether it disagrees, or goes `beyond` what limits are known of.
     `simulated` says whether an effect of the answer is in the simulation."""
     disagrees = disagreement(verdict)
     beyond = beyond if disagrees else ""
