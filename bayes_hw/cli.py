@@ -74,7 +74,8 @@ same numbers), --jobs N and --quiet. The same from Python: import bayes_hw; help
 
 EPILOG = """\
 A record holds time (s), velocity command and measured angle, one row a sample at a uniform rate, by
-default in columns t, u, y; map other names with --time, --input, --output. It is a CSV file unless it
+default in columns t, u, y; others are found where names and numbers leave no choice, or named with --time,
+--input, --output. It is a CSV file unless it
 ends in .mat (variables, or an iddata exported as a structure), .h5 or .parquet. A model is model.json,
 or an idnlhw exported as a structure (.mat). Exit status: 0 done, 2 bad input or usage (one line on
 stderr), 1 anything else.

@@ -49,6 +49,7 @@ class Record:
     measured columns (samples,) by name, in `known_units`. `stated_units` are the roles whose unit the file
     or the reader stated; the others are taken for granted. `clock` is the unit that the stamps were taken
     to count, empty of stamps that say it themselves, and "none" where the rate was stated and not recorded.
+    `options` are those that it was read with, with the columns that were found.
 
     Raises InputError unless all columns have one length, are finite, and the rate is positive.
     """
@@ -69,6 +70,7 @@ class Record:
     origin: float = 0.0
     level_sd: float = 0.0
     clock: str = "s"
+    options: ReadingOptions = field(default_factory=ReadingOptions)
 
     def __post_init__(self) -> None:
         for column in ("t", "u"):
@@ -256,6 +258,7 @@ class Record:
             stated_units=frozenset(content.units),
             level_sd=content.level_sd,
             clock=content.clock,
+            options=content.options,
         )
 
     @classmethod

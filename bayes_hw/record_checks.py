@@ -261,7 +261,7 @@ def clock_change(t: FloatArray) -> Finding | None:
             return Finding(
                 "clock_change",
                 f"the clock jumps {way} by an hour: it went over to or from summer time",
-                "give --gaps split to make two records of it, or stamps in UTC",
+                "give --gaps bridge to take the hour out, or stamps in UTC",
                 first=first,
                 stop=first + 1,
             )

@@ -6,12 +6,15 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.column_roles.found_columns import found_options, may_be_found
+from bayes_hw.column_roles.whole_table import whole_table, with_own_clocks
 from bayes_hw.errors import InputError
 from bayes_hw.formats.readers import read_table
 from bayes_hw.formats.table import Table
@@ -38,7 +41,7 @@ LEAST_CHANGE = 1e-14
 class FileContent(NamedTuple):
     """What a file holds of a record: columns (samples,), rate, which outputs were measured, known signals,
     digest, what was done to them, and the units by role ("input", "output") that they are in, as far as file
-    or options state them; `clock` as in `bayes_hw.record.Record`."""
+    or options state them; `clock` and `options` as in `bayes_hw.record.Record`."""
 
     t: FloatArray
     u: FloatArray
@@ -52,6 +55,7 @@ class FileContent(NamedTuple):
     known_units: Mapping[str, str]
     level_sd: float = 0.0
     clock: str = "s"
+    options: ReadingOptions = ReadingOptions()
 
 
 def asked_options(
@@ -76,9 +80,10 @@ def asked_options(
 def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     """Read the record, or the records that its gaps make of it, from the file at `path`.
 
-    The format is that of the file's ending; see `formats.readers`. Stamps of a uniform rate, also with jitter
-    below a third of a step, make a record. Rows that repeat are dropped. Missing samples are refused unless
-    `options.gaps` or `options.resample_hz` says what becomes of them.
+    The format is that of the file's ending; see `formats.readers`. Columns that are not named, and are not
+    there as t, u and y, are found by names and numbers where these leave no choice. Stamps of a uniform rate,
+    also with jitter below a third of a step, make a record. Rows that repeat are dropped. Missing samples are
+    refused unless `options.gaps` or `options.resample_hz` says what becomes of them.
 
     Raises InputError, naming the file, the row or column, and the remedy, on anything that is not a record:
     fewer than 32 or more than 10,000,000 samples, a missing column, a cell that is not a finite number or is
@@ -86,10 +91,21 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
     jumps by a whole turn.
     """
     options = _checked(options)
-    columns = options.columns
-    if columns.time is None and options.sample_rate_hz is None:
+    if options.columns.time is None and options.sample_rate_hz is None:
         raise InputError(f"{path}: no time column is named; give --sample-rate RATE in Hz")
-    wanted = options.wanted
+    tables, digest = _tables(path, options)
+    said: tuple[str, ...] = ()
+    if may_be_found(lacking := _lacking(tables, options), options):
+        options, said = found_options(
+            path, whole_table(path), partial(with_own_clocks, path), options, lacking
+        )
+        tables, digest = _tables(path, options)
+    return _of_tables(path, tables, options, digest, said)
+
+
+def _tables(path: Path, options: ReadingOptions) -> tuple[list[tuple[Path, Table]], str]:
+    """The columns of the record's own file, which is the first, and of those joined to it; the digest."""
+    columns, wanted = options.columns, options.wanted
     if len(set(wanted.values())) < len(wanted):
         raise InputError(
             f"{path}: one column is named twice among {', '.join(map(repr, wanted.values()))}; "
@@ -110,7 +126,22 @@ def read_parts(path: Path, options: ReadingOptions) -> list[FileContent]:
         with _os_errors(other):
             _digest(other)
             tables.append((other, _present(other, list(dict.fromkeys([*absent, *same])), clocks, options)))
-    return _of_tables(path, tables, options, digest)
+    return tables, digest
+
+
+def _lacking(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -> list[str]:
+    """The roles whose column no table holds; an output that need not be there is not lacking."""
+    table = tables[0][1]
+    wanted = options.wanted
+    held = {name for _, each in tables for name in each.values}
+    if not held:
+        held = set(wanted.values()) - {name for _, each in tables for name in each.missing}
+    found = [role for role, name in wanted.items() if name not in held]
+    if "time" in found and wanted["input"] in table.clocks:
+        found.remove("time")
+    if found == ["output"] and not options.needs_output:
+        return []
+    return found
 
 
 def _checked(options: ReadingOptions) -> ReadingOptions:
@@ -122,13 +153,22 @@ def _checked(options: ReadingOptions) -> ReadingOptions:
 
 def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
     """The same of a table in memory, which `path` stands for in what is said."""
-    return _of_tables(path, [(path, table)], _checked(options), "")
+    options = _checked(options)
+    said: tuple[str, ...] = ()
+    if may_be_found(lacking := _lacking([(path, table)], options), options):
+        options, said = found_options(path, table, lambda held: held, options, lacking)
+    return _of_tables(path, [(path, table)], options, "", said)
 
 
 def _of_tables(
-    path: Path, tables: Sequence[tuple[Path, Table]], options: ReadingOptions, digest: str
+    path: Path,
+    tables: Sequence[tuple[Path, Table]],
+    options: ReadingOptions,
+    digest: str,
+    said: tuple[str, ...] = (),
 ) -> list[FileContent]:
     log = log_columns(tables, options)
+    log = replace(log, said=(*said, *log.said))
     if len(log.t) < FEWEST_SAMPLES:
         raise InputError(
             f"{path}: has {len(log.t)} samples of the {FEWEST_SAMPLES} that a record needs; give a longer one"
@@ -137,7 +177,10 @@ def _of_tables(
         raise InputError(f"{path}: has more than {MOST_SAMPLES:,} samples; cut the record into parts")
     _check_values(path, log, options)
     parts = cut_into_parts(path, log, options)
-    contents = [_content(path, part, log, options, digest)._replace(clock=log.clock) for part in parts]
+    contents = [
+        _content(path, part, log, options, digest)._replace(clock=log.clock, options=options)
+        for part in parts
+    ]
     if options.unwrap is not None:
         contents = [content._replace(level_sd=reading_noise(content.y)) for content in contents]
     return _those_that_move(path, contents, log, options)

@@ -16,7 +16,6 @@ from bayes_hw.log.log_columns import LogColumns
 from bayes_hw.log.resample import between_measured, describe, resample_columns
 from bayes_hw.log.time_grid import MOST_BRIDGED, Grid, fit_grid, parts, stretches
 from bayes_hw.reading_options import ReadingOptions
-from bayes_hw.record_checks import clock_change
 from bayes_hw.record_columns import RATE_TOLERANCE
 from bayes_hw.scale_checks import CLOCKS
 
@@ -70,15 +69,14 @@ def cut_into_parts(path: Path, log: LogColumns, options: ReadingOptions) -> list
     A record's rate is that of its grid, or the given one, which has to agree with it. Parts of fewer than 32
     samples are left out, and said.
     """
-    turns = _turning_points(path, log, options)
+    _refuse_going_back(path, log)
     if log.is_clock:
         _check_step(path, log.t, log.clock)
     if options.resample_hz is not None and options.gaps == "refuse":
         return [_resampled_whole(path, log, options, options.resample_hz)]
     grids: list[Grid] = []
-    for start, stop in turns:
-        for first, end in stretches(log.t[start:stop]) if log.is_clock else [(0, stop - start)]:
-            grids += _grids(path, log, options, start + first, start + end)
+    for first, stop in stretches(log.t) if log.is_clock else [(0, len(log.t))]:
+        grids += _grids(path, log, options, first, stop)
     if options.gaps == "refuse":
         _refuse_missing(path, log, grids)
         _refuse_unmeasured(path, log, options)
@@ -106,25 +104,14 @@ def cut_into_parts(path: Path, log: LogColumns, options: ReadingOptions) -> list
     return found
 
 
-def _turning_points(path: Path, log: LogColumns, options: ReadingOptions) -> list[tuple[int, int]]:
-    """Stretches of increasing stamps: one, or where the clock went back by an hour and gaps split, two."""
+def _refuse_going_back(path: Path, log: LogColumns) -> None:
     fault = time_stamps.first_not_increasing(log.t)
-    whole = [(0, len(log.t))]
-    if fault is None:
-        return whole
-    change = clock_change(log.t)
-    if change is None or change.first != fault:
+    if fault is not None:
         before, here = float(log.t[fault - 1]), float(log.t[fault])
         raise InputError(
             f"{path}: {log.place_of(fault)}: time stamp goes back from {before!r} to {here!r}; "
             "remove the row, or give --time none --sample-rate RATE"
         )
-    if options.gaps != "split":
-        raise InputError(f"{path}: {log.place_of(fault)}: {change}")
-    rest = time_stamps.first_not_increasing(log.t[fault:])
-    if rest is not None:
-        raise InputError(f"{path}: {log.place_of(fault + rest)}: time stamp goes back; remove the row")
-    return [(0, fault), (fault, len(log.t))]
 
 
 def _check_step(path: Path, t: FloatArray, clock: str) -> None:
@@ -175,9 +162,6 @@ def _uneven(path: Path, log: LogColumns, first: int, stop: int) -> InputError:
 
 
 def _refuse_missing(path: Path, log: LogColumns, grids: Sequence[Grid]) -> None:
-    change = clock_change(log.t) if log.is_clock else None
-    if change is not None:
-        raise InputError(f"{path}: {log.place_of(change.first)}: {change}")
     first = grids[0]
     if len(grids) == 1 and not first.missing:
         return

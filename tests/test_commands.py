@@ -88,7 +88,7 @@ def with_column(column: int, value: Callable[[int], str]) -> Callable[[list[str]
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (with_header("t,command,y"), "no column 'u' for the input"),
+        (with_header("t,command,command"), "no column 'u' for the input"),
         (with_row(7, "0.25,nan,0"), "row 7, column 'u': empty cell or NaN, so not measured"),
         (with_row(7, "0.25,0,fast"), "row 7, column 'y': 'fast' is not a finite number"),
         (with_row(7, "0.25,0,"), "row 7, column 'y': empty cell"),

@@ -7,6 +7,7 @@ import datetime as dt
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -496,6 +497,21 @@ def test_an_abbreviated_zone(tmp_path: Path) -> None:
     stamps[200:] = iso(" ", milliseconds, " CEST")[200:]
     with pytest.raises(InputError, match=r"go from CET to CEST, .* give stamps in UTC"):
         read(tmp_path / "log.csv", table(stamps))
+
+
+@pytest.mark.parametrize("gaps", ["bridge", "split"])
+@pytest.mark.parametrize("hour", [1, -1])
+def test_summer_time_leaves_no_gap(tmp_path: Path, hour: int, gaps: Literal["bridge", "split"]) -> None:
+    """Begun or ended within the log: one record, and a row that is missing besides is still missing."""
+    content = table([*iso("T", milliseconds, "")[:150], *iso("T", milliseconds, "", hour)[150:]])
+    with pytest.raises(InputError, match=r"row 152: the clock jumps .* by an hour.*ReadingOptions"):
+        read(tmp_path / "log.csv", content)
+    record = read(tmp_path / "log.csv", content, gaps=gaps)
+    assert_same(record)
+    assert any("row 152 taken out" in said for said in record.treatment)
+    rows = content.splitlines(keepends=True)
+    holed = read(tmp_path / "log.csv", b"".join(rows[:60] + rows[61:]), gaps="bridge")
+    assert list(np.flatnonzero(~holed.measured_samples)) == [59]
 
 
 def test_stamps_cut_to_whole_seconds_are_named_with_their_rate(tmp_path: Path) -> None:

@@ -79,12 +79,35 @@ def test_columns_are_mapped_by_name(tmp_path):
 
 def test_a_missing_column_is_answered_with_those_there_are_and_the_option(tmp_path):
     path = write_csv(tmp_path / "a.csv", *columns(), header="time,command,angle")
-    message = refusal(path, columns=Columns("time"))
+    message = refusal(path, columns=Columns("time", "v"))
     assert message == (
-        "no column 'u' for the input; it has 'time', 'command', 'angle': map one with "
+        "no column 'v' for the input; it has 'time', 'command', 'angle': map one with "
         'columns=Columns(input="NAME")'
     )
-    assert "columns=Columns(time=None) sample_rate_hz=RATE" in refusal(path)
+    assert "columns=Columns(time=None) sample_rate_hz=RATE" in refusal(path, columns=Columns("stamp"))
+
+
+def test_columns_that_nobody_named_are_found_where_there_is_no_choice(tmp_path):
+    """And said; where there is one, an option is asked for by name."""
+    t = np.arange(400) / 20
+    u = np.sin(0.9 * t) + 0.4 * np.sin(4.1 * t)
+    y = np.cumsum(u) / 20
+    path = write_csv(tmp_path / "a.csv", t, u, y, header="time,command,angle")
+    for names in (Columns(), Columns("time"), Columns(output="angle")):
+        record = Record.read(path, columns=names)
+        np.testing.assert_array_equal(record.y, y)
+        assert record.options.columns == Columns("time", "command", "angle")
+        assert record.treatment[0].startswith("columns taken by their names and numbers: ")
+    path = tmp_path / "a.txt"
+    np.savetxt(path, np.column_stack([t, u, y]))
+    np.testing.assert_array_equal(Record.read(path).y, y)
+    assert "there is no header; name columns by number, from 1 to 3" in refusal(path, columns=Columns("9"))
+    rows = np.column_stack([t, u, y, y + 1e-4 * np.sin(t)])
+    path = tmp_path / "b.csv"
+    np.savetxt(path, rows, delimiter=",", header="t,u,enc_1,enc_2", comments="")
+    message = refusal(path)
+    assert message.startswith("no column 'y' for the output; it has 't', 'u', 'enc_1', 'enc_2': ")
+    assert "columns=Columns(output='enc_1')" in message or "columns=Columns(output='enc_2')" in message
 
 
 def test_one_column_cannot_play_two_parts(tmp_path):

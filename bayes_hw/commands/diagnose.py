@@ -21,11 +21,15 @@ from bayes_hw.commands.options import (
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
+    from bayes_hw.gap.case.case import Case, ReadRecord
+    from bayes_hw.gap.case.simulator_case import SimulatorCase
     from bayes_hw.model.hammerstein_wiener import HammersteinWiener
     from bayes_hw.record import Record
+    from bayes_hw.simulators.simulator_file import SimulatorFile
 
 NAME = "diagnose"
 SUMMARY = "why a simulator and records differ: where, which unmodelled effect, how far the gap shrinks"
+DECLARATION_OF_A_FILE = "--declaration goes with --simulator FILE, a MuJoCo model or an FMU"
 EXAMPLE = (
     "bayes-hw diagnose case/ --out diagnosis/\n"
     "  bayes-hw diagnose --simulator axis.xml --train a.csv b.csv --holdout c.csv --out diagnosis/"
@@ -84,29 +88,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Diagnose and write; raises InputError on bad input before anything is written."""
-    import numpy as np
-
-    from bayes_hw.commands import inputs
-    from bayes_hw.commands.speech import note, say, say_page, warn
     from bayes_hw.files import check_output_folder
-    from bayes_hw.gap.any_train import needs_ports
-    from bayes_hw.gap.case.case import Case
-    from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
-    from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import known_labels
     from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-    from bayes_hw.progress import Progress
-    from bayes_hw.record import Units
-    from bayes_hw.report.page.render import remove_pages, render
-    from bayes_hw.simulators.simulator_diagnosis import (
-        CORRECTED,
-        full_simulator,
-        is_simulator_file,
-        open_simulator,
-        simulator_case,
-        write_corrected_simulator,
-    )
 
     out = Path(parsed.out)
     drive_of(parsed)
@@ -127,55 +112,104 @@ def run(parsed: argparse.Namespace) -> None:
     if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
     check_output_folder(out)
-    train, holdout = [Path(p) for p in parsed.train], [Path(p) for p in parsed.holdout]
-
-    def read_record(path: Path, *, units: Units) -> Record:
-        return inputs.read_record(parsed, str(path), units)
-
-    case: Case | SimulatorCase
-    axis = None
-    from_file = parsed.simulator is not None and is_simulator_file(parsed.simulator)
-    if parsed.declaration is not None and not from_file:
-        raise InputError("--declaration goes with --simulator FILE, a MuJoCo model or an FMU")
-    if from_file:
-        declaration = None if parsed.declaration is None else Path(parsed.declaration)
-        axis = open_simulator(Path(parsed.simulator), declaration, parsed.jobs)
-        records = [read_record(path, units=axis.units) for path in (*train, *holdout)]
-        case, notes = simulator_case(
-            axis,
-            records[: len(train)],
-            records[len(train) :],
-            origin=parsed.origin,
-            start=parsed.start,
-            accepted=parsed.accept,
-        )
-    elif folder is not None:
-        case = Case.read(Path(folder), read_record)
-    elif parsed.simulator is not None:
-        case = SimulatorCase.of_files(find_simulator(parsed.simulator), train, holdout, read_record)
+    if parsed.simulator is not None:
+        _from_simulator(parsed, out)
+    elif parsed.declaration is not None:
+        raise InputError(DECLARATION_OF_A_FILE)
     else:
-        case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, read_record)
-    if axis is None:
-        case, notes = case.posed(
-            origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True
-        )
+        _from_model(parsed, out, folder)
+
+
+def _reader(parsed: argparse.Namespace) -> ReadRecord:
+    """Reads one record as the options say."""
+    from bayes_hw.commands import inputs
+
+    return lambda path, *, units: inputs.read_record(parsed, str(path), units)
+
+
+def _from_model(parsed: argparse.Namespace, out: Path, folder: str | None) -> None:
+    """Diagnose a model.json, or a case folder's; one of the very records is opened again."""
+    from bayes_hw.commands.speech import note
+    from bayes_hw.gap.any_train import needs_ports
+    from bayes_hw.gap.case.case import Case
+
+    train, holdout = ([Path(p) for p in given] for given in (parsed.train, parsed.holdout))
+    if folder is not None:
+        case = Case.read(Path(folder), _reader(parsed))
+    else:
+        case = Case.of_files(Path(parsed.model).stem, Path(parsed.model), train, holdout, _reader(parsed))
+    case, notes = case.posed(origin=parsed.origin, start=parsed.start, accepted=parsed.accept, looked_at=True)
     if parsed.title:
         case = replace(case, name=parsed.title)
     for done in notes:
         note(done)
-    if isinstance(case, Case) and _own_model(parsed.model or folder or "", case.train):
+    if _own_model(parsed.model or folder or "", case.train):
         from bayes_hw.gap.joint.joint_diagnosis import OWN_MODEL
 
         _joint(parsed, out, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
-    if parsed.known:
-        warn(
-            f"known inputs ({', '.join(parsed.known)}) are not used beside a given model; diagnose the "
-            "records alone to ask whether the gap follows them"
-        )
-    if isinstance(case, Case) and not parsed.without and needs_ports(case.model):
+    _warn_of_unused(parsed, ())
+    if not parsed.without and needs_ports(case.model):
         _joint(parsed, out, case.train, case.holdout, case.name, (), case.model)
         return
+    _diagnosed(parsed, out, case)
+
+
+def _from_simulator(parsed: argparse.Namespace, out: Path) -> None:
+    """Diagnose a simulator of the user's: a file, which comes back corrected, or a function."""
+    from bayes_hw.commands.inputs import add_columns
+    from bayes_hw.commands.speech import note
+    from bayes_hw.gap.case.simulator import known_inputs
+    from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
+    from bayes_hw.simulators.simulator_diagnosis import is_simulator_file, open_simulator, simulator_case
+
+    train, holdout = ([Path(p) for p in given] for given in (parsed.train, parsed.holdout))
+    read, axis = _reader(parsed), None
+    from_file = is_simulator_file(parsed.simulator)
+    if parsed.declaration is not None and not from_file:
+        raise InputError(DECLARATION_OF_A_FILE)
+    if from_file:
+        declaration = None if parsed.declaration is None else Path(parsed.declaration)
+        axis = open_simulator(Path(parsed.simulator), declaration, parsed.jobs)
+        add_columns(parsed, known_inputs(axis))
+        own, held_out = ([read(path, units=axis.units) for path in paths] for paths in (train, holdout))
+        asked = {"origin": parsed.origin, "start": parsed.start, "accepted": parsed.accept}
+        case, notes = simulator_case(axis, own, held_out, **asked)
+        for done in notes:
+            note(done)
+    else:
+        simulator = find_simulator(parsed.simulator)
+        add_columns(parsed, known_inputs(simulator))
+        case = SimulatorCase.of_files(simulator, train, holdout, read)
+    if parsed.title:
+        case = replace(case, name=parsed.title)
+    _warn_of_unused(parsed, known_inputs(case.model))
+    _diagnosed(parsed, out, case, axis)
+
+
+def _warn_of_unused(parsed: argparse.Namespace, taken: Sequence[str]) -> None:
+    """Known inputs that were read and that nothing takes."""
+    from bayes_hw.commands.speech import warn
+
+    if unused := [name for name in parsed.known if name not in taken]:
+        warn(
+            f"known inputs ({', '.join(unused)}) are not used beside a given model; diagnose the "
+            "records alone to ask whether the gap follows them"
+        )
+
+
+def _diagnosed(
+    parsed: argparse.Namespace, out: Path, case: Case | SimulatorCase, axis: SimulatorFile | None = None
+) -> None:
+    """Diagnose a case and write; `axis` is its simulator where that is a file."""
+    import numpy as np
+
+    from bayes_hw.commands.speech import say, say_page
+    from bayes_hw.gap.diagnosis import diagnose
+    from bayes_hw.progress import Progress
+    from bayes_hw.report.page.render import remove_pages, render
+    from bayes_hw.simulators.simulator_diagnosis import CORRECTED, full_simulator, write_corrected_simulator
+
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
     diagnosis = diagnose(

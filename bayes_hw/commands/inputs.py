@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayes_hw.column_roles.found_columns import TAKEN
 from bayes_hw.commands.speech import note, warn
 from bayes_hw.entrance import RELATIONS, scale_finding
 from bayes_hw.errors import InputError, storable_text
@@ -66,8 +67,13 @@ def read_records(
     """
     options = reading_options(parsed, needs_output=needs_output)
     records: list[Record] = []
+    taken: list[str] = []
     for path in paths:
         parts = read_once(parsed, path, options)
+        first = parts[0]
+        if first.treatment and first.treatment[0].startswith(TAKEN) and first.treatment[0] not in taken:
+            taken.append(first.treatment[0])
+            note(f"{path}: {taken[-1]}")
         if len(parts) > 1 and getattr(parsed, "start", "free") == "rest":
             warn(
                 f"{path}: {len(parts)} records; those after a gap may begin in motion: --start free allows it"
@@ -89,11 +95,20 @@ def read_records(
 
 
 def read_once(parsed: argparse.Namespace, path: str, options: ReadingOptions) -> list[Record]:
-    """The records of a file, from `parsed.read_already` where they were read before the command began."""
+    """The records of a file, from `parsed.read_already` where they were read before the command began.
+
+    Columns that were found in the first file are taken in the others that have them.
+    """
     already: dict[tuple[str, str], list[Record]] = getattr(parsed, "read_already", {})
     key = (path, repr(options))
     if key not in already:
-        already[key] = Record.read_all(path, options)
+        found = next((records[0].options for records in already.values()), options)
+        try:
+            already[key] = Record.read_all(path, found)
+        except InputError:
+            if found == options:
+                raise
+            already[key] = Record.read_all(path, options)
     return already[key]
 
 
@@ -180,6 +195,9 @@ def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
 
 def add_known_inputs(parsed: argparse.Namespace, model: HammersteinWiener) -> None:
     """The known inputs that a model takes are read from the record even where nobody asks."""
-    for one in model.known:
-        if one.column not in parsed.known:
-            parsed.known.append(one.column)
+    add_columns(parsed, [one.column for one in model.known])
+
+
+def add_columns(parsed: argparse.Namespace, columns: Sequence[str]) -> None:
+    """Further columns to read."""
+    parsed.known += [name for name in columns if name not in parsed.known]

@@ -48,15 +48,18 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         "--time",
         default="t",
         metavar="NAME",
-        help="time column (default t): s, Unix time, ISO 8601, MATLAB's datetime, MJD; or none",
+        help="time column (default t, else found): s, Unix time, ISO 8601, MATLAB's datetime, MJD; or none",
     )
     group.add_argument(
         "--input",
         default="u",
         metavar="NAME",
-        help="command column (default u); names without their units, or numbers from 1 without a header",
+        help="command column (default u, else found where names and numbers leave no choice); names without "
+        "their units, or numbers from 1 without a header",
     )
-    group.add_argument("--output", default="y", metavar="NAME", help="measured column (default y)")
+    group.add_argument(
+        "--output", default="y", metavar="NAME", help="measured column (default y, else found)"
+    )
     group.add_argument(
         "--input-position", metavar="NAME", help="the command is a position: its difference is the velocity"
     )
@@ -92,7 +95,8 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         choices=("refuse", "split", "bridge"),
         default="refuse",
         help="missing samples: refused (default); split: every gap begins a new record; bridge: up to 3 in a"
-        " row stay in the record as unmeasured, longer gaps begin a new one",
+        " row stay in the record as unmeasured, longer gaps begin a new one; an hour of summer time is no"
+        " gap, and is taken out by both",
     )
     group.add_argument(
         "--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s"

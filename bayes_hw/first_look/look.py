@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.column_roles.reading_step import resolution, white_sigma
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.advice import Advice, advice
 from bayes_hw.first_look.delay import delay
@@ -27,7 +28,6 @@ from bayes_hw.first_look.noise import (
 from bayes_hw.first_look.repeated import RepeatedError, errors_of, repeated_error
 from bayes_hw.first_look.response import MeasuredResponse, measured_response
 from bayes_hw.first_look.statics import Statics, statics
-from bayes_hw.inspection.reading_step import resolution, white_sigma
 from bayes_hw.model.sample_rate import check_alike
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread

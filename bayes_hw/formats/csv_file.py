@@ -14,6 +14,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.formats.grouped_digits import GROUPED, without_groups
 from bayes_hw.formats.header import is_time_name, matches, quantity_of
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import (
@@ -50,15 +51,13 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     positions: dict[str, int] = {}
     clocks: dict[str, int] = {}
     for name in wanted:
-        found = _positions(path, layout, name)
+        found = _positions(layout, name)
         if len(found) > 1 and not (name in text and is_time_name(name)):
             raise InputError(f"{path}: row 1 has column {name!r} twice; rename one of them")
         if found:
             positions[name] = found[0]
         if len(found) > 1:
-            clocks = {
-                other: _nearest(found, _positions(path, layout, other)) for other in wanted if other != name
-            }
+            clocks = {other: _nearest(found, _positions(layout, other)) for other in wanted if other != name}
     missing = tuple(name for name in wanted if name not in positions)
     if missing:
         return Table({}, missing, layout.names, "column", lambda index: f"row {index + 2}")
@@ -87,17 +86,9 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
     )
 
 
-def _positions(path: Path, layout: Layout, name: str) -> list[int]:
+def _positions(layout: Layout, name: str) -> list[int]:
     found = matches(layout.names, name)
-    if not found and name.isdecimal() and 0 < int(name) <= layout.columns:
-        return [int(name) - 1]
-    if not found and not layout.has_header and not name.isdecimal() and name != "\0":
-        count = len(layout.names)
-        raise InputError(
-            f"{path}: row 1 holds numbers: there is no header; name columns by number, from 1 to {count}, "
-            "such as --time 1 --input 2 --output 3, or put a header before it, such as t,u,y"
-        )
-    return found
+    return [int(name) - 1] if not found and name.isdecimal() and 0 < int(name) <= layout.columns else found
 
 
 def _nearest(clocks: Sequence[int], found: Sequence[int]) -> int:
@@ -251,6 +242,8 @@ def stamps_of(cells: Column, decimal: str = ".") -> Column:
     """Stamps as whole numbers or floats where all are, else as text."""
     if len(cells) == 0:
         return np.zeros(0)
+    if any(GROUPED.fullmatch(cell) for cell in cells.tolist()):
+        cells = np.array(without_groups(cells.tolist()), dtype=np.str_)
     given = np.char.replace(cells, ",", ".") if decimal == "," else cells
     if NUMBER.fullmatch(str(given[0])):
         plain = [cell if NUMBER.fullmatch(cell) else "nan" for cell in given.tolist()]
@@ -280,6 +273,8 @@ def _numbers(
         elif cell.lower() in MISSING:
             values[i] = math.nan
             continue
+        elif GROUPED.fullmatch(cell):
+            return _numbers(path, layout, name, stretch, without_groups(cells), units)
         elif (written := quantity_of(cell)) is not None and math.isfinite(written.value):
             values[i] = written.value
             unit = written.unit if written.unit is None else units.setdefault(name, written.unit)

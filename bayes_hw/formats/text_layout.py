@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bayes_hw.errors import InputError
+from bayes_hw.formats.grouped_digits import GROUPED, decimal_sign
 from bayes_hw.formats.header import bare_unit, looks_like_unit, paired_header, unit_of
 
 HEAD_BYTES = 2**20
@@ -110,6 +111,7 @@ def is_value(cell: str) -> bool:
         cell.lower() in MISSING
         or NUMBER.fullmatch(cell)
         or COMMA_NUMBER.fullmatch(cell)
+        or GROUPED.fullmatch(cell)
         or STAMP.fullmatch(cell)
     )
 
@@ -185,7 +187,8 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
     )
     cells = [cell for row in sample for cell in row]
     comma = separator != "," or any('"' in line for line in tail)
-    decimal = "," if comma and any(COMMA_NUMBER.fullmatch(cell) for cell in cells) else "."
+    is_comma = any(COMMA_NUMBER.fullmatch(cell) or decimal_sign(cell) == "," for cell in cells)
+    decimal = "," if comma and is_comma else "."
     said = _said(encoding, decimal, plain[-1] if plain else 0, lines, bool(names))
     return Layout(
         encoding,

@@ -150,7 +150,7 @@ def diagnose(
         case = counted_from_levels(case, decision.explanation)
         progress.say("how far")
         measured = measure(case, attribution, decision, calibration, rng, Each(jobs))
-        where = locate(attribution, decision, asked.base.inputs, measured.sigma)
+        where = locate(attribution, decision, asked.base.commands, measured.sigma)
         confusable = confusable_pairs(decision.answer, scores, calibration.confusable_evidence)
         left_out = compare_left_out(best_of_sets(attribution))
         verdict = Verdict(
@@ -202,7 +202,7 @@ def _search(
 
 def _criticism(asked: Question, attribution: Attribution, best: Explanation) -> Remains:
     """What `best` leaves, in size against the noise, or against the gap where the noise is not known."""
-    inputs = asked.base.inputs
+    inputs = asked.base.commands
     left = residual_diagnostics(best, inputs, asked.nominal_sigma)
     if not asked.noise_is_known:
         left = of_the_gap(left, best, attribution.base)

@@ -24,6 +24,9 @@ from bayes_hw.record import Record
 
 IntArray = NDArray[np.int64]
 
+SIDE_BY_SIDE = 8
+"""Walkers whose residuals lie in one line of the cache."""
+
 
 PAST_DELAYS = 2
 """Delays that pass in a record begun in motion before its outputs count: during the first they answer
@@ -150,9 +153,10 @@ def whitened_over_holes(
 class Holes:
     """The holes of one record, with what of its residual decides their part of a likelihood.
 
-    `near` (k,) are the samples up to the noise's order before or behind a hole; in them runs begin at
-    `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns, one after another
-    in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the record.
+    `near` (k,) are the samples up to the noise's order before or behind a hole; in them runs, which may share
+    samples, begin at `begins`, are `lengths` long and hold the pattern `pattern_of` (runs,). Of the patterns,
+    one after another in `measured`, from `pattern_begins` on, `fresh` says which stand at the start of the
+    record.
     """
 
     missing: int
@@ -167,13 +171,12 @@ class Holes:
     @classmethod
     def of(cls, measured: BoolArray, order: int) -> Holes:
         """Of a record whose samples (samples,) are measured or not, for noise of `order`."""
+        firsts, lengths = _runs(measured, order)
         reached = np.zeros(len(measured) + 1)
-        for k in np.flatnonzero(~measured).tolist():
-            reached[max(k - order, 0)] += 1
-            reached[min(k + order + 1, len(measured))] -= 1
+        np.add.at(reached, firsts, 1)
+        np.add.at(reached, firsts + lengths, -1)
         near = np.flatnonzero(np.cumsum(reached)[:-1] > 0)
-        begins = np.flatnonzero(np.diff(near, prepend=-2) > 1)
-        lengths = np.diff(np.append(begins, len(near)))
+        begins = np.searchsorted(near, firsts)
         known: dict[tuple[bool, bytes], int] = {}
         pattern_of, parts = [], []
         for begin, length in zip(begins.tolist(), lengths.tolist(), strict=True):
@@ -208,7 +211,7 @@ class Holes:
         walkers = residuals.shape[1]
         terms, logarithms = np.zeros(walkers), np.zeros(walkers)
         _corrections(
-            np.ascontiguousarray(residuals.T),
+            residuals,
             np.ascontiguousarray(partial.T),
             np.zeros(walkers) if precision is None else precision,
             precision is not None,
@@ -273,31 +276,11 @@ def _gains(coefficients, variances, measured, fresh, covariance, towards, spread
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _innovation(values, k, j, coefficients):  # type: ignore[no-untyped-def]
-    """Of sample k of `values` (n,) from the j before it."""
-    left = values[k]
-    for i in range(j):
-        left -= coefficients[j, i] * values[k - 1 - i]
-    return left
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _step(values, k, j, coefficients, measured, gain):  # type: ignore[no-untyped-def]
-    """The innovation of sample k, the means before it corrected; where it is not measured, its mean is put
-    in its place and zero given."""
-    if not measured:
-        values[k] = 0.0
-        values[k] = -_innovation(values, k, j, coefficients)
-        return 0.0
-    left = _innovation(values, k, j, coefficients)
-    for i in range(min(k, len(gain))):
-        values[k - 1 - i] += gain[i] * left
-    return left
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _runs(measured, order):  # type: ignore[no-untyped-def]
-    """Where runs about holes begin, from p samples before one to p behind, and their lengths."""
+    """Where runs about holes begin, from p samples before one to p behind, and their lengths.
+
+    Holes with p measured samples between them are in two: of what came before these nothing is missed.
+    """
     samples = len(measured)
     begins, lengths = [0 for _ in range(0)], [0 for _ in range(0)]
     hole = 0
@@ -308,7 +291,7 @@ def _runs(measured, order):  # type: ignore[no-untyped-def]
             return np.array(begins, dtype=np.int64), np.array(lengths, dtype=np.int64)
         begin, last = max(hole - order, 0), hole
         end = hole + 1
-        while end < samples and end <= last + 2 * order:
+        while end < samples and end <= last + order:
             if not measured[end]:
                 last = end
             end += 1
@@ -347,9 +330,18 @@ def _whitened(rows, measured, coefficients, first, begins, lengths, spreads, gai
         values, at = np.zeros(longest), 0
         for number in range(len(begins)):
             begin, length = begins[number], lengths[number]
-            values[:length] = rows[c, begin : begin + length]
+            for k in range(length):
+                values[k] = rows[c, begin + k]
             for k in range(0 if begin == 0 else order, length):
-                left = _step(values, k, min(k, order), coefficients, measured[begin + k], gains[at + k])
+                j, mean, left = min(k, order), 0.0, 0.0
+                for m in range(j):
+                    mean += coefficients[j, m] * values[k - 1 - m]
+                if measured[begin + k]:
+                    left = values[k] - mean
+                    for m in range(j):
+                        values[k - 1 - m] += gains[at + k, m] * left
+                else:
+                    values[k] = mean
                 if begin + k >= first:
                     result[c, begin + k - first] = left / np.sqrt(spreads[at + k])
             at += length
@@ -368,8 +360,12 @@ def _corrections(  # type: ignore[no-untyped-def]
     of_pattern, longest = np.zeros(patterns), 0
     for i in range(patterns):
         longest = max(longest, pattern_begins[i + 1] - pattern_begins[i])
-    values = np.zeros(longest)
+    values, few = np.zeros(longest), np.zeros((SIDE_BY_SIDE, len(residuals)))
     for walker in range(walkers):
+        if walker % SIDE_BY_SIDE == 0:
+            for k in range(len(residuals)):
+                for other in range(min(SIDE_BY_SIDE, walkers - walker)):
+                    few[other, k] = residuals[k, walker + other]
         _predictors(partial[walker], coefficients, variances)
         for i in range(patterns):
             one = slice(pattern_begins[i], pattern_begins[i + 1])
@@ -393,18 +389,24 @@ def _corrections(  # type: ignore[no-untyped-def]
         total, change = 0.0, 0.0
         for run in range(len(begins)):
             i, length = pattern_of[run], lengths[run]
-            own = residuals[walker, begins[run] : begins[run] + length]
+            own = few[walker % SIDE_BY_SIDE, begins[run] : begins[run] + length]
             change += of_pattern[i]
-            values[:length] = own
-            start = 0 if fresh[i] else order
-            for k in range(start, length):
+            for k in range(length):
+                values[k] = own[k]
+            for k in range(0 if fresh[i] else order, length):
                 j, at = min(k, order), pattern_begins[i] + k
-                complete = _innovation(own, k, j, coefficients) ** 2 / variances[j]
-                left = _step(values, k, j, coefficients, measured[at], gains[at]) ** 2 / spreads[at]
-                if robust:
-                    total -= np.log1p(precision[walker] * complete)
-                    if measured[at]:
-                        total += np.log1p(precision[walker] * left)
+                complete, mean = own[k], 0.0
+                for m in range(j):
+                    complete -= coefficients[j, m] * own[k - 1 - m]
+                    mean += coefficients[j, m] * values[k - 1 - m]
+                complete *= complete / variances[j]
+                total -= np.log1p(precision[walker] * complete) if robust else complete
+                if measured[at]:
+                    left = values[k] - mean
+                    for m in range(j):
+                        values[k - 1 - m] += gains[at, m] * left
+                    left *= left / spreads[at]
+                    total += np.log1p(precision[walker] * left) if robust else left
                 else:
-                    total += left - complete
+                    values[k] = mean
         terms[walker], logarithms[walker] = total, change

@@ -53,7 +53,7 @@ def mended(message: str, options: ReadingOptions) -> ReadingOptions | None:
     if "--unwrap " in message and options.unwrap is None:
         turn = message.split("--unwrap ")[1].split()[0].rstrip(";,.")
         return replace(options, unwrap=float(turn))
-    if "--gaps bridge" in message and options.gaps == "refuse" and "single" in message:
+    if "--gaps bridge" in message and options.gaps == "refuse":
         return replace(options, gaps="bridge")
     if "--gaps split" in message and options.gaps != "split":
         return replace(options, gaps="split")

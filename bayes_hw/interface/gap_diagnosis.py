@@ -148,7 +148,7 @@ def diagnose(
         posing = Case.of_records(simulator.name, simulator, records, held_out)
         case, notes = posing.posed(origin=origin, start=start, accepted=accept)
         warn_of(notes)
-        if isinstance(case, Case) and not labels and needs_ports(case.model):
+        if not labels and needs_ports(case.model):
             return GapDiagnosis(diagnose_by_ports(case, rng, start=start, within_s=within_s))
         return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, within_s=within_s))
 

@@ -17,6 +17,7 @@ from bayes_hw.log.clock import StampError, Stamps, read_stamps
 from bayes_hw.log.clock_offset import clock_offset
 from bayes_hw.log.time_grid import MOST_BRIDGED
 from bayes_hw.reading_options import ReadingOptions
+from bayes_hw.record_checks import HOUR_S, clock_change
 from bayes_hw.scale_checks import NO_CLOCK
 
 
@@ -128,6 +129,7 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         NO_CLOCK if stamps is None else stamps.unit,
     )
     is_joined = len(tables) > 1 or bool(table.clocks) or options.output_time is not None
+    log = _without_summer_time(path, _oldest_first(log), options)
     return _in_part(path, _trimmed(_in_order(path, log), is_joined), options)
 
 
@@ -143,6 +145,12 @@ def _absent(path: Path, table: Table, name: str, role: str) -> InputError:
         return InputError(
             f"{path}: no {table.kind} {name!r}, a known input; it has {shown or 'none'}{more}: record it "
             "with the command, or give the file that holds it with --join FILE"
+        )
+    if table.names and all(map(str.isdecimal, table.names)):
+        return InputError(
+            f"{path}: row 1 holds numbers: there is no header; name columns by number, from 1 to "
+            f"{len(table.names)}, such as --time 1 --input 2 --output 3, or put a header before it, such as "
+            "t,u,y"
         )
     return InputError(
         f"{path}: no {table.kind} {name!r} for the {role}; it has {shown or 'none'}{more}: "
@@ -289,13 +297,30 @@ def _lengths(path: Path, table: Table, names: Sequence[str]) -> InputError:
     return InputError(f"{path}: {found} samples; give {table.kind}s of one length")
 
 
+def _oldest_first(log: LogColumns) -> LogColumns:
+    if not log.is_clock or not time_stamps.runs_backwards(log.t):
+        return log
+    said = "rows turned round: the newest stood first"
+    return replace(log.chosen(np.arange(len(log.t))[::-1]), said=(*log.said, said))
+
+
+def _without_summer_time(path: Path, log: LogColumns, options: ReadingOptions) -> LogColumns:
+    """Stamps that run on where their clock jumps by an hour; raises InputError where gaps are refused."""
+    while log.is_clock and (change := clock_change(log.t)) is not None:
+        place = log.place_of(change.first)
+        if options.gaps == "refuse":
+            raise InputError(f"{path}: {place}: {change}")
+        t = log.t.copy()
+        t[change.first :] -= np.copysign(HOUR_S, t[change.first] - t[change.first - 1])
+        said = f"summer time: the hour by which the clock jumps at {place} taken out"
+        log = replace(log, t=t, said=(*log.said, said))
+    return log
+
+
 def _in_order(path: Path, log: LogColumns) -> LogColumns:
     """Without rows that repeat one before; raises InputError where a stamp repeats with other values."""
     if not log.is_clock:
         return log
-    if time_stamps.runs_backwards(log.t):
-        said = "rows turned round: the newest stood first"
-        log = replace(log.chosen(np.arange(len(log.t))[::-1]), said=(*log.said, said))
     _, first, inverse = np.unique(log.t, return_index=True, return_inverse=True)
     if len(first) == len(log.t):
         return log

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.files import temporary_sibling, write_text_atomically
+from bayes_hw.gap.case.simulator_case import inputs_of
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.simulators import laws, run_fmu, unit_loop
 from bayes_hw.simulators.around import named_settings
@@ -37,7 +38,7 @@ def write_corrected(axis: FmuAxis, diagnosis: Diagnosis, folder: Path, rng: np.r
     write_text_atomically(folder / PROGRAM, program(run_fmu, (laws, unit_loop)))
     write_numbers(folder, axis, diagnosis, items, _loop(axis))
     outputs = [
-        [run_fmu.simulate(record.u, number, folder) for record in diagnosis.case.holdout]
+        [run_fmu.simulate(inputs_of(axis, record), number, folder) for record in diagnosis.case.holdout]
         for number in range(len(items))
     ]
     write_numbers(folder, axis, diagnosis, items, _loop(axis), outputs)
@@ -73,4 +74,6 @@ def _loop(axis: FmuAxis) -> dict[str, object]:
         "substeps": axis.substeps,
         "step_s": axis.step_s,
         "doors": [list(door) for door in axis.doors_of.values()],
+        "known": axis.entering(list(axis.doors_of)),
+        "count": len(axis.doors_of),
     }

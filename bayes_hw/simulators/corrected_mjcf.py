@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bayes_hw.files import write_text_atomically
+from bayes_hw.gap.case.simulator_case import inputs_of
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.simulators import axis_loop, laws, run_mjcf
 from bayes_hw.simulators.around import named_settings
@@ -38,7 +39,7 @@ def write_corrected(axis: MjcfAxis, diagnosis: Diagnosis, folder: Path, rng: np.
     write_text_atomically(folder / PROGRAM, program(run_mjcf, (laws, axis_loop)))
     write_numbers(folder, axis, diagnosis, items, _loop(axis))
     outputs = [
-        [run_mjcf.simulate(record.u, number, folder) for record in diagnosis.case.holdout]
+        [run_mjcf.simulate(inputs_of(axis, record), number, folder) for record in diagnosis.case.holdout]
         for number in range(len(items))
     ]
     write_numbers(folder, axis, diagnosis, items, _loop(axis), outputs)
@@ -65,6 +66,8 @@ def _loop(axis: MjcfAxis) -> dict[str, object]:
         "loop_speed": axis.loop_speed.tolist(),
         "loop_torque": axis.loop_torque.tolist(),
         "read": list(axis.read),
+        "known": axis.entering(list(axis.places)),
+        "count": len(places),
         "positions": [place.position.tolist() for place in places],
         "speeds": [place.speed.tolist() for place in places],
         "rests": [place.rest for place in places],

@@ -28,14 +28,20 @@ def numbers_of(place: Path, draw: int) -> tuple[Any, Any, Any]:
     return numbers, one, settings
 
 
-def simulate_around(u: Any, numbers: Any, settings: Any, motion: Callable[[Any], Any]) -> Any:
-    """y (samples,) for commands u (samples,), both in the record's units, `motion` being the simulator's
-    output (samples,) for its command (samples,) in its own."""
-    given = np.ascontiguousarray(u, np.float64)
-    command, w, y = np.empty(len(given)), np.empty(len(given)), np.empty(len(given))
+def simulate_around(u: Any, numbers: Any, settings: Any, motion: Callable[[Any, Any], Any]) -> Any:
+    """y (samples,) for commands u (samples,), with known inputs (samples, columns), in the record's units.
+
+    `motion` is the simulator's output (samples,) for its command (samples,) and the forces (samples, doors)
+    that are known at its doors, in its own.
+    """
     rate, loop = numbers["sample_rate_hz"], numbers["loop"]
-    command_side(given, rate, settings, command)
-    found = motion(command * loop["input_factor"])
+    given = np.asarray(u, np.float64).reshape(len(u), -1)
+    command, w, y = np.empty(len(given)), np.empty(len(given)), np.empty(len(given))
+    forces = np.zeros((len(given), loop["count"]))
+    for column, (_, door, factor) in enumerate(loop["known"], start=1):
+        forces[:, door] += factor * given[:, column]
+    command_side(np.ascontiguousarray(given[:, 0]), rate, settings, command)
+    found = motion(command * loop["input_factor"], forces)
     output_side((found - found[0]) * loop["output_factor"], rate, settings, w, y)
     return y
 
@@ -45,8 +51,9 @@ def simulate_file(arguments: list[str], simulate: Callable[[Any, int], Any]) -> 
     second."""
     with Path(arguments[0]).open(newline="") as source:
         rows = list(csv.DictReader(source))
-    commands = [float(row["u"]) for row in rows]
-    shown = simulate(commands, int(arguments[2]) if len(arguments) > 2 else 0).tolist()
+    known = json.loads((Path(__file__).resolve().parent / "corrected.json").read_text())["loop"]["known"]
+    inputs = [[float(row[name]) for name in ("u", *(one[0] for one in known))] for row in rows]
+    shown = simulate(inputs, int(arguments[2]) if len(arguments) > 2 else 0).tolist()
     with Path(arguments[1]).open("w") as target:
         target.write("t,u,y\n")
         target.writelines(f"{row['t']},{row['u']},{y!r}\n" for row, y in zip(rows, shown, strict=True))

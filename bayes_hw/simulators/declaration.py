@@ -20,6 +20,9 @@ joint = "motor"                 # of an FMU: input, position and speed, names of
 ratio = 1.0                     # turns of this joint a turn of the output
 [forces.compliance]             # where a gap or a spring that is not linear may enter
 tendon = "gear"                 # or joint = "gear"
+[known.wind_torque]             # a further column of the records, read with them
+door = "load"                   # where it enters: motor or load, which [forces] names
+factor = 1.0                    # the simulator's torque a unit of the column
 [loop]                          # where the simulator has no velocity loop of its own
 proportional = 120.0
 integral = 500.0
@@ -42,8 +45,9 @@ from bayes_hw.files import read_small_text
 from bayes_hw.quantities import conversion
 from bayes_hw.units import Units
 
-DOORS = ("motor", "load", "compliance")
-SECTIONS = ("name", "command", "measured", "record", "noise", "uncertain", "forces", "loop")
+FORCE_DOORS = ("motor", "load")
+DOORS = (*FORCE_DOORS, "compliance")
+SECTIONS = ("name", "command", "measured", "record", "noise", "uncertain", "forces", "known", "loop")
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,15 @@ class Door:
     input: str = ""
     position: str = ""
     speed: str = ""
+
+
+@dataclass(frozen=True)
+class KnownForce:
+    """A measured `column` of the records that enters at a door: `factor` is the simulator's force a unit."""
+
+    column: str
+    door: str
+    factor: float
 
 
 @dataclass(frozen=True)
@@ -95,6 +108,7 @@ class Declaration:
     noise_sigma: float
     uncertain: tuple[Uncertain, ...]
     doors: tuple[Door, ...]
+    known: tuple[KnownForce, ...]
     loop: Loop | None
 
     @classmethod
@@ -139,12 +153,16 @@ class Declaration:
             _number(data["noise"], "sigma", path, "noise.") if "noise" in data else float("nan"),
             tuple(_uncertain(item, path) for item in data.get("uncertain", ())),
             _doors(data.get("forces", {}), path),
+            _known(data.get("known", {}), path),
             _loop(data["loop"], path) if "loop" in data else None,
         )
         if not found.uncertain:
             raise InputError(f"{path}: uncertain: give at least one parameter with its relative_sd")
         if not found.actuators and (found.loop is None or not found.loop.torque_on):
             raise InputError(f"{path}: command.actuators: is missing; say what takes the command")
+        doors = {door.name for door in found.doors}
+        if missing := [known.door for known in found.known if known.door not in doors]:
+            raise InputError(f"{path}: known: no [forces.{missing[0]}], where a column is to enter; give it")
         _ = found.input_factor, found.output_factor
         return found
 
@@ -184,6 +202,23 @@ def _doors(forces: Any, path: str) -> tuple[Door, ...]:
         if not given:
             raise InputError(f"{path}: {label[:-1]}: give its joint, or of an FMU input, position and speed")
         found.append(Door(name, ratio, **given))
+    return tuple(found)
+
+
+def _known(tables: Any, path: str) -> tuple[KnownForce, ...]:
+    if not isinstance(tables, Mapping):
+        raise InputError(f"{path}: known: must be [known.COLUMN] and the like")
+    found = []
+    for column in tables:
+        table, label = _table(tables, column, path), f"known.{column}."
+        _only(table, ("door", "factor"), path, label)
+        door = _text(table, "door", path, label)
+        if door not in FORCE_DOORS:
+            raise InputError(f"{path}: {label}door: give one of {', '.join(FORCE_DOORS)}")
+        factor = table.get("factor", 1.0)
+        if isinstance(factor, bool) or not isinstance(factor, int | float):
+            raise InputError(f"{path}: {label}factor: must be a number")
+        found.append(KnownForce(column, door, float(factor)))
     return tuple(found)
 
 

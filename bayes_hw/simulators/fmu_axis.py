@@ -22,7 +22,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case.simulator import Force
+from bayes_hw.gap.case.simulator import Force, command_of
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
@@ -263,22 +263,18 @@ class FmuAxis(SteppedAxis):
         scaled = np.asarray(command, np.float64) * self.declaration.input_factor
         inputs = dict.fromkeys(self.declaration.actuators, scaled)
         doors = list(self.doors_of.values())
-        if known is not None:
-            inputs[self.doors_of["motor"][0]] = known
         with self._one_at_a_time:
             (*_, y) = self.unit.run(
-                self.named(values), inputs, [self.output], self.substeps, self.step_s, doors, laws
+                self.named(values), inputs, [self.output], self.substeps, self.step_s, doors, laws, known
             ).T
         return np.asarray((y - y[0]) * self.declaration.output_factor)
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
-        """Outputs (batch, samples) for values (batch, parameters) and commands (samples,), record units."""
+        """Outputs (batch, samples) for values (batch, parameters) and inputs as `LinearAxis` takes them."""
         settings = np.tile(S.NEUTRAL, (len(values), 1)) if force is None else force.settings
         signal = None if force is None else force.signal
         found = []
         for row, at in enumerate(values):
-            known = None
-            if signal is not None:
-                known = float(self.linear.system(at).inertia[MOTOR]) * signal
-            found.append(self.motion(at, inputs, self.laws_of(at, settings[row]), known))
+            known = self.forces_at(list(self.doors_of), at, inputs, signal)
+            found.append(self.motion(at, command_of(inputs), self.laws_of(at, settings[row]), known))
         return np.array(found)

@@ -13,10 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.case.simulator import Force
+from bayes_hw.gap.case.simulator import Force, command_of
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.model.parameters import Parameter
+from bayes_hw.simulators.declaration import FORCE_DOORS, KnownForce
 from bayes_hw.simulators.linear_kernel import COMPLIANCE, LOAD, MOTOR, move_freely, move_with_forces
 from bayes_hw.units import Units
 
@@ -90,7 +91,13 @@ class LinearAxis:
     doors: frozenset[str]
     limits: tuple[float, float]
     linearised: Callable[[FloatArray], LinearSystem]
+    known_forces: tuple[KnownForce, ...] = ()
     known: LruCache[bytes, LinearSystem] = field(default_factory=lambda: LruCache(KEPT))
+
+    @property
+    def known_inputs(self) -> tuple[str, ...]:
+        """Columns of the records that enter as forces."""
+        return tuple(force.column for force in self.known_forces)
 
     @property
     def force_door(self) -> bool:
@@ -146,16 +153,18 @@ class LinearAxis:
         return (0.25 * motor, load)
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
-        """Outputs (batch, samples) for values (batch, parameters) and commands (samples,), record units."""
+        """Outputs (batch, samples) for values (batch, parameters) and inputs (samples,), with known forces
+        (samples, columns), in the records' units."""
         settings = np.tile(S.NEUTRAL, (len(values), 1)) if force is None else force.settings
         signal = None if force is None else force.signal
         inner = sorted(self.obeyed & INNER)
-        command = np.clip(np.ascontiguousarray(inputs, np.float64), *self.limits)
+        command = np.clip(command_of(inputs), *self.limits)
         outputs = np.empty((len(values), len(command)))
         for row, at in enumerate(values):
             system = self.system(np.ascontiguousarray(at, np.float64))
             moved = bool(np.any(settings[row, inner] != S.NEUTRAL[inner])) or bool(np.any(system.own))
-            if not moved and signal is None:
+            known = self._accelerations(system, inputs, signal)
+            if not moved and not known.any():
                 freely = system.a_sample(self.substeps)
                 move_freely(*freely, system.shown, system.offset, command, outputs[row])
                 continue
@@ -175,10 +184,22 @@ class LinearAxis:
                 system.reaction,
                 system.own,
                 np.ascontiguousarray(settings[row]),
-                np.zeros(len(command)) if signal is None else np.ascontiguousarray(signal, np.float64),
+                known,
                 outputs[row],
             )
         return outputs
+
+    def _accelerations(
+        self, system: LinearSystem, inputs: FloatArray, signal: FloatArray | None
+    ) -> FloatArray:
+        """Known ones (samples, 2) at motor and load: the inputs' columns, and a `signal` at the motor."""
+        found = np.zeros((len(inputs), len(FORCE_DOORS)))
+        for column, force in enumerate(self.known_forces, start=1):
+            door = FORCE_DOORS.index(force.door)
+            found[:, door] += force.factor / system.inertia[door] * inputs[:, column]
+        if signal is not None:
+            found[:, MOTOR] += signal
+        return found
 
 
 KEPT = 2048

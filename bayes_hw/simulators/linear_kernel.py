@@ -94,7 +94,7 @@ def move_with_forces(  # type: ignore[no-untyped-def]
     (3,); `columns` (3, states) are the changes by a unit acceleration at motor and load, and by the spring's
     own torque at a unit of torsion; `reaction` is the motor's acceleration by a unit of the load's, and `own`
     holds what the simulator has of itself: friction and smoothing speed at motor and load, and a half gap.
-    `known` (samples,) is an acceleration at the motor.
+    `known` (samples, 2) are accelerations at motor and load.
     """
     count = len(entering)
     x, after = np.zeros(count), np.zeros(count)
@@ -123,7 +123,7 @@ def move_with_forces(  # type: ignore[no-untyped-def]
     for k in range(len(command)):
         y[k] = _along(shown, x) + offset
         for _ in range(substeps):
-            at_motor, at_load, extra = known[k], 0.0, 0.0
+            at_motor, at_load, extra = known[k, MOTOR], known[k, LOAD], 0.0
             if s[S.RIPPLE] != 0 or s[S.RIPPLE_START] != 0:
                 at_motor += _wave(_along(positions[MOTOR], x) - rests[MOTOR], s, S.RIPPLE)
             if s[S.LOAD_RIPPLE] != 0 or s[S.LOAD_RIPPLE_START] != 0:

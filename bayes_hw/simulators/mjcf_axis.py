@@ -15,7 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.case.simulator import Force
+from bayes_hw.gap.case.simulator import Force, command_of
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
@@ -379,19 +379,15 @@ class MjcfAxis(SteppedAxis):
         return np.asarray((y - y[0]) * self.declaration.output_factor)
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
-        """Outputs (batch, samples) for values (batch, parameters) and commands (samples,), record units."""
+        """Outputs (batch, samples) for values (batch, parameters) and inputs as `LinearAxis` takes them."""
         settings = np.tile(S.NEUTRAL, (len(values), 1)) if force is None else force.settings
         signal = None if force is None else force.signal
 
         def one(row: int) -> FloatArray:
             found = self.forces_of(values[row], settings[row])
             model = self.with_edits([*self.base_edits(values[row]), *found.edits])
-            known = None
-            if signal is not None:
-                known = np.zeros((len(inputs), len(self.places)))
-                place = list(self.places).index("motor")
-                known[:, place] = float(self.linear.system(values[row]).inertia[MOTOR]) * signal
-            return self.motion(model, np.asarray(inputs, np.float64), found.laws, known)
+            known = self.forces_at(list(self.places), values[row], inputs, signal)
+            return self.motion(model, command_of(inputs), found.laws, known)
 
         if self.jobs == 1 or len(values) == 1:
             return np.array([one(row) for row in range(len(values))])

@@ -18,13 +18,14 @@ from bayes_hw.simulators.unit_loop import Unit
 
 
 def simulate(u: Any, draw: int = 0, folder: Path | None = None) -> Any:
-    """y (samples,) for commands u (samples,) at the rate of the records; draw 0 is the posterior mean."""
+    """y (samples,) for commands u (samples,), with known inputs (samples, columns), at the records' rate;
+    draw 0 is the posterior mean."""
     place = Path(__file__).resolve().parent if folder is None else folder
     numbers, one, settings = numbers_of(place, draw)
     loop = numbers["loop"]
     unit = Unit(place / loop["unit"])
 
-    def motion(command: Any) -> Any:
+    def motion(command: Any, known: Any) -> Any:
         return unit.run(
             one["base"],
             dict.fromkeys(loop["commands"], command),
@@ -33,6 +34,7 @@ def simulate(u: Any, draw: int = 0, folder: Path | None = None) -> Any:
             loop["step_s"],
             [tuple(door) for door in loop["doors"]],
             np.array(one["laws"], np.float64),
+            known,
         )[:, 0]
 
     try:

@@ -19,14 +19,15 @@ from bayes_hw.simulators.corrected_run import numbers_of, simulate_around, simul
 
 
 def simulate(u: Any, draw: int = 0, folder: Path | None = None) -> Any:
-    """y (samples,) for commands u (samples,) at the rate of the records; draw 0 is the posterior mean."""
+    """y (samples,) for commands u (samples,), with known inputs (samples, columns), at the records' rate;
+    draw 0 is the posterior mean."""
     place = Path(__file__).resolve().parent if folder is None else folder
     numbers, one, settings = numbers_of(place, draw)
     loop = numbers["loop"]
     model = mujoco.MjModel.from_xml_path(str(place / one["model"]))
     rests = np.array(loop["rests"], np.float64)
 
-    def motion(command: Any) -> Any:
+    def motion(command: Any, known: Any) -> Any:
         return run(
             model,
             command,
@@ -42,6 +43,7 @@ def simulate(u: Any, draw: int = 0, folder: Path | None = None) -> Any:
             ),
             np.array(one["laws"], np.float64),
             loop["read"],
+            known,
         )
 
     return simulate_around(u, numbers, settings, motion)

@@ -75,16 +75,20 @@ class Unit:
         step_s: float,
         doors: list[tuple[str, str, str]] | None = None,
         laws: Any = None,
+        known: Any = None,
     ) -> Any:
         """Outputs (samples, outputs) for inputs (samples,) by name, each held for `substeps` of `step_s`.
 
-        `doors` are names of force input, position and speed; `laws` (laws, LAW_NUMBERS) act there.
+        `doors` are names of force input, position and speed; `laws` (laws, LAW_NUMBERS) and forces that are
+        `known` (samples, doors) act there.
         """
         motion = UnitMotion(self, values, list(inputs), outputs, step_s, doors or [], laws)
         signals = np.column_stack(list(inputs.values())).tolist()
         found = []
-        for row in signals:
+        for k, row in enumerate(signals):
             found.append(motion.outputs())
+            if known is not None:
+                motion.known[:] = known[k]
             for _ in range(substeps):
                 motion.step(row)
         return np.array(found, np.float64).reshape(-1, len(outputs))
@@ -106,7 +110,7 @@ class UnitMotion:
         self.unit, self.step_s, self.time = unit, step_s, 0.0
         self.laws = np.zeros((0, 1)) if laws is None else np.asarray(laws, np.float64)
         self.bristles, self.before = np.zeros(len(self.laws)), np.zeros(len(self.laws))
-        self.forces = np.zeros(len(doors))
+        self.forces, self.known = np.zeros(len(doors)), np.zeros(len(doors))
         self.own = [i for i, door in enumerate(doors) if door[0] not in inputs]
         self.entering = [*inputs, *(doors[i][0] for i in self.own)]
         self.shown, self.moving = outputs, [name for door in doors for name in door[1:]]
@@ -134,6 +138,6 @@ class UnitMotion:
                 self.before[i], self.bristles[i] = law_force(law, x, free, self.bristles[i], h)
                 self.forces[door] += self.before[i]
             self.last = now
-        self.unit.put(self.entering, [*inputs, *(float(self.forces[i]) for i in self.own)])
+        self.unit.put(self.entering, [*inputs, *(float(self.forces[i] + self.known[i]) for i in self.own)])
         self.unit.slave.doStep(self.time, self.step_s)
         self.time += self.step_s

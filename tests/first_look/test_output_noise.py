@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from simulated_axes import delayed_integrator, linear_twin, measured
 
+from bayes_hw.column_roles.reading_step import resolution, white_sigma
 from bayes_hw.first_look.look import look
 from bayes_hw.first_look.noise import drift
-from bayes_hw.inspection.reading_step import resolution, white_sigma
 
 
 @pytest.mark.parametrize("sigma", [1e-4, 1e-2])

@@ -70,7 +70,8 @@ def test_columns_are_mapped_and_the_missing_ones_named(tmp_path: Path, suffix: s
         names = Columns("when", "command", "angle")
     record = Record.read(path, columns=names)
     np.testing.assert_allclose(record.u, U, rtol=1e-6, atol=1e-7)
-    message = refusal(path)
+    assert 'give columns=Columns(input="NAME")' in refusal(path)
+    message = refusal(path, columns=Columns("stamp"))
     assert (
         "for the time" in message and "'angle'" in message and "map one with columns=Columns(time=" in message
     )

@@ -189,6 +189,26 @@ def test_the_force_door_of_a_function_and_of_the_compiled_axis_agree() -> None:
     np.testing.assert_allclose(found, expected, atol=2e-4)
 
 
+def test_known_inputs_pass_effects_of_the_command_by() -> None:
+    """A bias is added to the command, not to the wind beside it; a pulse of the command finds none."""
+    given = np.column_stack([steps(200, 5, 3.0), steps(200, 6, 1.0)])
+    windy = FunctionSimulator(
+        "windy",
+        lambda values, inputs: values[:, :1] * inputs[:, 0] + values[:, 1:] * inputs[:, 1],
+        motor().parameters,
+        RATE,
+        known_inputs=("wind",),
+    )
+    settings = S.NEUTRAL.copy()
+    settings[S.BIAS] = 0.2
+    builder = SimulatorBuilder(windy)
+    chain = builder.chain(np.array([30.0, 0.3]))
+    ((_, y),) = builder.simulate([chain], settings[None], [given])
+    np.testing.assert_allclose(y[:, 0], 30 * (given[:, 0] + 0.2) + 0.3 * given[:, 1])
+    pulse = np.eye(200)[:, :1]
+    np.testing.assert_allclose(chain.small_responses("command", pulse), 30 * pulse, atol=1e-9)
+
+
 def test_a_friction_above_the_drive_holds_the_axis() -> None:
     settings = S.NEUTRAL.copy()
     settings[[S.MOTOR_FRICTION, S.MOTOR_SMOOTHING]] = 5.0, 1e-9

@@ -85,7 +85,7 @@ def test_the_diagnosis_report(folder: Path) -> None:
 
 
 def test_a_hostile_header_is_shown_in_the_complaint(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["simulate", "--model", "hostile.json", f"{RECORD}.csv", "--out", "run.csv"]
+    arguments = ["simulate", "--model", "hostile.json", f"{RECORD}.csv", "--input", "v", "--out", "run.csv"]
     assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.isprintable() and COLUMN in line and not (folder / "run.csv").exists()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.cli import main
-from bayes_hw.inspection.column_facts import quantisation_step
+from bayes_hw.column_roles.column_facts import quantisation_step
 from bayes_hw.record import Record
 
 T = np.arange(1200) / 20

@@ -118,6 +118,21 @@ def test_forces_enter_at_the_inputs(axis: FmuAxis, changed: dict[str, float], sh
     assert np.std(full - linear) < share * np.std(full - none)
 
 
+def test_columns_of_the_records_enter_with_the_forces_of_laws(path: Path, tmp_path: Path) -> None:
+    """At the input that both share; the linear axis has the same of them."""
+    declared = path.with_suffix(".toml").read_text() + '[known.gust]\ndoor = "load"\nfactor = 2.0\n'
+    (tmp_path / "gust.toml").write_text(declared)
+    windy = open_simulator(path, tmp_path / "gust.toml")
+    force = law(LOAD_RIPPLE=20.0, LOAD_RIPPLE_PERIOD=1.0)
+    given = np.column_stack([U, 5 * np.sin(np.arange(len(U)) / 7)])
+    alone, both = windy.simulate(AT, given), windy.simulate(AT, given, force)
+    still = windy.simulate(AT, given * [1, 0], force)
+    assert min(np.std(both - alone), np.std(both - still)) > 0.003
+    np.testing.assert_allclose(windy.linear.simulate(AT, given), alone, atol=1e-8)
+    linear = windy.linear.simulate(AT, given, force)
+    assert np.std(linear - both) < 1e-3 * np.std(both - alone)
+
+
 def corrected_folder(axis: FmuAxis, folder: Path, changed: dict[str, float]) -> FloatArray:
     """A corrected simulator's files, and the settings (COUNT,) that are in it."""
     settings = law(**changed).settings[0]
@@ -136,6 +151,8 @@ def corrected_folder(axis: FmuAxis, folder: Path, changed: dict[str, float]) -> 
         "substeps": axis.substeps,
         "step_s": axis.step_s,
         "doors": [list(door) for door in axis.doors_of.values()],
+        "known": [],
+        "count": len(axis.doors_of),
     }
     numbers = {"sample_rate_hz": 50.0, "loop": loop, "mean": one, "draws": [{**one, "laws": []}]}
     write_text_atomically(folder / "corrected.json", json.dumps(numbers))

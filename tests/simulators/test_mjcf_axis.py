@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from example_axis import (
     URDF,
     URDF_DECLARED,
     commands,
+    record,
     write_mjcf,
 )
 
@@ -21,6 +23,7 @@ pytest.importorskip("mujoco")
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import SimulatorWithDoors
+from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.effects.any_simulator import effects_for
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.simulator_chain import ForceLaw, inner_settings, simulator_scale
@@ -118,6 +121,32 @@ def test_a_known_force_enters_at_the_motor(axis: MjcfAxis, u: FloatArray) -> Non
     full, linear = (each.simulate(values(axis), 0 * u, known) for each in (axis, axis.linear))
     assert np.abs(full).max() > 0.01
     np.testing.assert_allclose(linear, full, atol=1e-9)
+
+
+def test_columns_of_the_records_enter_at_their_doors(tmp_path: Path, u: FloatArray) -> None:
+    """As the same forces held there do; and a simulator that takes them is refused a record without."""
+    path = write_mjcf(tmp_path)
+    declared = path.with_suffix(".toml")
+    known = '[known.gust]\ndoor = "load"\nfactor = 2.5\n[known.motor_torque]\ndoor = "motor"\n'
+    declared.write_text(declared.read_text() + known)
+    axis = open_simulator(path)
+    assert isinstance(axis, MjcfAxis)
+    gust, torque = np.sin(np.arange(SAMPLES) / 9), np.where(np.arange(SAMPLES) > 250, 0.4, 0.0)
+    given = np.column_stack([u, gust, torque])
+    full, linear = axis.simulate(values(axis), given), axis.linear.simulate(values(axis), given)
+    np.testing.assert_allclose(linear, full, atol=1e-9)
+    forces = np.zeros((SAMPLES, 3))
+    forces[:, list(axis.places).index("load")] = 2.5 * gust
+    forces[:, list(axis.places).index("motor")] = torque
+    model = axis.with_edits(axis.base_edits(values(axis)[0]))
+    held = axis.motion(model, u, np.zeros((0, 11)), forces)
+    np.testing.assert_allclose(full[0], held, atol=1e-12)
+    assert np.std(held - axis.motion(model, u, np.zeros((0, 11)))) > 0.01
+    plain = record("a", u, held)
+    with pytest.raises(InputError, match=r"takes 'gust', which was not read; give --known 'gust'"):
+        SimulatorCase.of_records(axis.linear, [plain], [plain])
+    one = replace(plain, known={"gust": gust, "motor_torque": torque})
+    np.testing.assert_array_equal(SimulatorCase.of_records(axis, [one], [one]).inputs[0], given)
 
 
 def test_effects_within_a_drive_train_find_their_doors(axis: MjcfAxis, u: FloatArray) -> None:

@@ -88,7 +88,7 @@ def measure(
         error = float(np.hypot(error, calibration.chaos_in_noise * sigma))
     gaps = []
     for commands, records in (
-        ([record.u for record in case.train], case.train),
+        (case.inputs, case.train),
         (case.held_out_inputs, case.holdout),
     ):
         held = _predictions(attribution.base, final, commands, records, some)

@@ -108,6 +108,11 @@ class Case:
         return replace(self, train=found.records, holdout=found.holdout), (*found.notes, *notes)
 
     @property
+    def inputs(self) -> list[FloatArray]:
+        """Commands of every training record."""
+        return [record.u for record in self.train]
+
+    @property
     def held_out_inputs(self) -> list[FloatArray]:
         """Commands of every record held out."""
         return [record.u for record in self.holdout]

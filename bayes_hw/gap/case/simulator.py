@@ -38,7 +38,8 @@ class Simulator(Protocol):
     `parameters` are re-estimated in every diagnosis, each with a normal prior as it is or a log-normal prior
     and a logarithm; `noise_sigma` is the noise of the measured output in output units, NaN where unknown.
     With `force_door` the simulator adds a force that depends on its own motion, so that friction and ripple
-    can be tried as its missing effects.
+    can be tried as its missing effects. One that has `known_inputs`, names of further measured columns of the
+    records (a wind, a motor's torque), is given the command and these beside it.
     """
 
     @property
@@ -60,11 +61,27 @@ class Simulator(Protocol):
     def force_door(self) -> bool: ...
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
-        """Outputs (batch, samples) for parameter values (batch, parameters) and commands (samples,).
+        """Outputs (batch, samples) for parameter values (batch, parameters) and commands (samples,), or with
+        known inputs (samples, 1 + columns).
 
         `force` is None unless `force_door`; its accelerations are to be added to those of the simulator.
         """
         ...
+
+
+def known_inputs(simulator: object) -> tuple[str, ...]:
+    """Further measured columns that it is given beside the command."""
+    return tuple(getattr(simulator, "known_inputs", ()))
+
+
+def command_of(inputs: FloatArray) -> FloatArray:
+    """The command (samples,) of inputs (samples,) or (samples, columns)."""
+    return np.ascontiguousarray(inputs if inputs.ndim == 1 else inputs[:, 0], np.float64)
+
+
+def with_command(command: FloatArray, inputs: FloatArray) -> FloatArray:
+    """The inputs with another command (samples,)."""
+    return command if inputs.ndim == 1 else np.column_stack([command, inputs[:, 1:]])
 
 
 @runtime_checkable
@@ -92,7 +109,8 @@ class FunctionSimulator:
     """A user's Python function as a simulator; see `Simulator` for what each field means.
 
     `function(values, inputs)` takes values (batch, parameters) in the order of `parameters` and inputs
-    (samples,), and returns outputs (batch, samples). With `force_door` it is called as
+    (samples,), with `known_inputs` (samples, 1 + columns), and returns outputs (batch, samples). With
+    `force_door` it is called as
     `function(values, inputs, force)`: where `force` is not None, `force(k, position, velocity)` gives the
     acceleration (batch,) to add at sample k, in output units per s^2, for positions and velocities (batch,).
     """
@@ -104,6 +122,7 @@ class FunctionSimulator:
     units: Units = field(default_factory=Units)
     noise_sigma: float = float("nan")
     force_door: bool = False
+    known_inputs: tuple[str, ...] = ()
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Outputs (batch, samples); raises InputError where the function returns another shape."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +12,8 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.entrance import check_repeats
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.case import ReadRecord, check_records
-from bayes_hw.gap.case.simulator import Simulator
+from bayes_hw.gap.case.simulator import Simulator, known_inputs
 from bayes_hw.named_object import named_object
-from bayes_hw.posing import Origin, Start
 from bayes_hw.record import Record
 
 
@@ -23,8 +22,8 @@ class SimulatorCase:
     """A simulator and its records; outputs of `holdout` serve to score a finished prediction only.
 
     Every training record starts as the simulator starts. `history` holds, for every record held out, the
-    commands (samples,) that came before it: they are simulated and not scored, so that a record can be held
-    out that does not start at rest. Empty where it does.
+    inputs of the simulator that came before it: they are simulated and not scored, so that a record can be
+    held out that does not start at rest. Empty where it does.
     """
 
     name: str
@@ -41,9 +40,17 @@ class SimulatorCase:
         holdout: Sequence[Record],
         history: Sequence[FloatArray] = (),
     ) -> SimulatorCase:
-        """A case of objects. Raises InputError on a rate not the simulator's, or a record too short."""
+        """A case of objects. Raises InputError on a rate not the simulator's, a record too short, one that
+        stands in it twice, or one without a known input that the simulator takes."""
         check_records(simulator.name, simulator.sample_rate_hz, train, holdout)
-        before = tuple(history) or tuple(np.empty(0) for _ in holdout)
+        check_repeats(train, holdout)
+        for record in (*train, *holdout):
+            if lacking := [name for name in known_inputs(simulator) if name not in record.known]:
+                raise InputError(
+                    f"{record.name}: the simulator {simulator.name} takes {lacking[0]!r}, which was not "
+                    f"read; give --known {lacking[0]!r}"
+                )
+        before = tuple(history) or tuple(inputs_of(simulator, record)[:0] for record in holdout)
         if len(before) != len(holdout):
             raise InputError(
                 f"{simulator.name}: {len(before)} histories for {len(holdout)} records held out; give each "
@@ -63,23 +70,22 @@ class SimulatorCase:
         records = [read_record(path, units=simulator.units) for path in (*train, *holdout)]
         return cls.of_records(simulator, records[: len(train)], records[len(train) :])
 
-    def posed(
-        self,
-        *,
-        origin: Origin = "start",  # noqa: ARG002
-        start: Start = "auto",  # noqa: ARG002
-        accepted: Collection[str] = (),  # noqa: ARG002
-        looked_at: bool = False,  # noqa: ARG002
-    ) -> tuple[SimulatorCase, tuple[str, ...]]:
-        """The case as it is, since its records begin as the simulator does. Raises InputError where a record
-        stands in it twice."""
-        check_repeats(self.train, self.holdout)
-        return self, ()
+    @property
+    def inputs(self) -> list[FloatArray]:
+        """What the simulator is given of every training record."""
+        return [inputs_of(self.model, record) for record in self.train]
 
     @property
     def held_out_inputs(self) -> list[FloatArray]:
-        """Commands of every record held out, those before it included."""
-        return [np.concatenate([h, record.u]) for h, record in zip(self.history, self.holdout, strict=True)]
+        """The same of every record held out, what came before it included."""
+        given = [inputs_of(self.model, record) for record in self.holdout]
+        return [np.concatenate(pair) for pair in zip(self.history, given, strict=True)]
+
+
+def inputs_of(simulator: Simulator, record: Record) -> FloatArray:
+    """The command (samples,) of a record, with the known inputs of the simulator (samples, columns)."""
+    known = [record.known[name] for name in known_inputs(simulator)]
+    return np.column_stack([record.u, *known]) if known else record.u
 
 
 def find_simulator(name: str) -> Simulator:

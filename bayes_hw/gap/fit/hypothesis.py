@@ -11,6 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.case.scale import AxisScale
+from bayes_hw.gap.case.simulator import command_of
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Builder, Followed, KnownPositions, SignalChain, Signals
@@ -29,7 +30,8 @@ LARGEST_STRAIN = 4.0
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """The base model of `builder` with `effects`, for commands `inputs` (one array a record).
+    """The base model of `builder` with `effects`, for `inputs`: one array a record, of commands (samples,) or
+    with the known inputs of a simulator (samples, columns).
 
     `known` says where ripple acts under those commands, if not at the simulated position, `followed` what the
     simulation is corrected by at every sample, if anything, `unread` which samples of the records were not
@@ -50,6 +52,11 @@ class Hypothesis:
     def __post_init__(self) -> None:
         effects = [parameter for effect in self.effects for parameter in effect.parameters(self.scale)]
         object.__setattr__(self, "parameters", (*self.builder.base_parameters, *effects))
+
+    @property
+    def commands(self) -> list[FloatArray]:
+        """Of every record (samples,)."""
+        return [command_of(given) for given in self.inputs]
 
     @property
     def base_count(self) -> int:

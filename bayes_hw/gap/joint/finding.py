@@ -22,17 +22,29 @@ WELL_KNOWN = 0.1
 less well."""
 
 
-def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
+def beyond_limits(held_out: Record, there: float, here: float) -> str:
+    """What is to be said first of a record held out that is commanded up to `there`, where those trained on
+    go up to `here` and reach no limit."""
+    return (
+        f"{held_out.name}, held out, is commanded up to {plainly(there)} {held_out.units.input}, the records "
+        f"trained on up to {plainly(here)}, where they reach no limit: where it is cut there is a guess, and "
+        "its error tells little of what follows. "
+    )
+
+
+def sentence(verdict: Verdict, simulated: bool, held_out: str, beyond: str = "") -> str:
     """What the axis does, what a plain model of it lacks and how sure that is; how far it then predicts the
-    record `held_out`; before all that, whether it disagrees. `simulated` says whether an effect of the answer
-    is in the simulation."""
-    does = disagreement(verdict) + axis_words(verdict.base)
+    record `held_out`; before all that, whether it disagrees, or goes `beyond` what limits are known of.
+    `simulated` says whether an effect of the answer is in the simulation."""
+    disagrees = disagreement(verdict)
+    beyond = beyond if disagrees else ""
+    does = (beyond or disagrees) + axis_words(verdict.base)
     if not verdict.answer:
         return f"{does}; nothing is missing from its model ({percent(verdict.probability['none'])} sure)."
     closed = verdict.gap_holdout.closed
     them = "it" if len(verdict.answer) == 1 else "them"
     worse = verdict.gap_holdout.closed_hdi94[1] < 0
-    if worse and not set(verdict.answer) & {*RANDOM, OTHER}:
+    if worse and not beyond and not set(verdict.answer) & {*RANDOM, OTHER}:
         return (
             f"{does}; in doubt is what a model of limits, linear dynamics and dead zone lacks: the records "
             f"trained on ask for {words_of_answer(verdict.answer, {})}, but with {them} in the model "
@@ -44,6 +56,8 @@ def sentence(verdict: Verdict, simulated: bool, held_out: str) -> str:
         return f"{said} No remedy follows from that; the next experiment does."
     if verdict.answer[0] in RANDOM and not simulated:
         return f"{said} It is random: no simulation follows it, and the bands are made wide enough for it."
+    if beyond:
+        return f"{said} To score it, hold out a record within the commands of the others."
     if worse:
         return f"{said} With {them} in the model, {held_out}, held out, is predicted worse than without."
     size = f"more than {100 * MOST_SAID:.0f} %" if closed > MOST_SAID else f"{100 * max(closed, 0.0):.0f} %"

@@ -29,10 +29,11 @@ from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, rivals_of
 from bayes_hw.gap.joint.decision.known_verdict import known_verdict
-from bayes_hw.gap.joint.finding import sentence, unfollowed
+from bayes_hw.gap.joint.finding import beyond_limits, sentence, unfollowed
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.fit.structure_moves import widened
+from bayes_hw.gap.joint.fit.unreached_limits import unknown_reach
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import search_given
 from bayes_hw.gap.joint.given.rounded_readings import readings_of
@@ -105,7 +106,10 @@ class JointDiagnosis:
         if nothing := unfollowed(self.train):
             return nothing
         follows = " ".join(str(one["sentence"]) for one in self.verdict.known.values() if one["follows"])
-        said = sentence(self.verdict, bool(self.found.fit.labels), self.holdout[0].name)
+        held_out = self.holdout[0]
+        reach = unknown_reach(self.posterior.fit, held_out)
+        beyond = "" if reach is None else beyond_limits(held_out, *reach)
+        said = sentence(self.verdict, bool(self.found.fit.labels), held_out.name, beyond)
         return f"{follows} {said}".strip()
 
     def write(self, out: Path) -> None:

@@ -172,7 +172,7 @@ def _waves(
         middle = w + 0.5 * move
         scale, turns = np.ones_like(w), np.empty((len(w), 2 * LANES))
         if effect.only_saturated:
-            scale = _limit_reached(hypothesis.inputs[record], chain.delay_samples, values)
+            scale = _limit_reached(hypothesis.commands[record], chain.delay_samples, values)
         turns_of(2 * np.pi * spacing * middle, turns)
         found.append(
             _Waves(

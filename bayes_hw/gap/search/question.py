@@ -48,7 +48,7 @@ def question(case: Case | SimulatorCase, without: frozenset[str]) -> Question:
     travel = max(float(np.ptp(record.y)) for record in case.train)
     floor = repeated_floor(case.train)
     sigma = nominal if nominal > 0 else min(floor, UNKNOWN_NOISE_SHARE * travel)
-    inputs, measured = [record.u for record in case.train], [record.y for record in case.train]
+    inputs, measured = case.inputs, [record.y for record in case.train]
     masks = masks_of(case.train)
     unread = None if masks is None else tuple(~mask for mask in masks)
     free = tuple(number for number, record in enumerate(case.train) if record.has_free_level)

@@ -141,7 +141,7 @@ class Search:
     def _leaves_structure(self, explanation: Explanation) -> bool:
         """Whether `explanation` does, worked out when it is first asked for."""
         if explanation not in self._structured:
-            self._structured[explanation] = leaves_structure(explanation, self.base.inputs)
+            self._structured[explanation] = leaves_structure(explanation, self.base.commands)
         return self._structured[explanation]
 
     @property

@@ -133,8 +133,8 @@ class Builder(Protocol):
         """Signals of every record under every chain that this has built and its row of `settings` (chains,
         COUNT).
 
-        `inputs` holds the commands (samples,), one a record. Without `keep_w` the w may have no samples.
-        `known` says where ripple of a drive train acts if not at the simulated position; `followed` what the
-        states are corrected by.
+        `inputs` holds the commands (samples,), with known inputs (samples, columns), one a record. Without
+        `keep_w` the w may have no samples. `known` says where ripple of a drive train acts if not at the
+        simulated position; `followed` what the states are corrected by.
         """
         ...

@@ -17,7 +17,14 @@ from scipy.signal import fftconvolve
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.scale import AxisScale
-from bayes_hw.gap.case.simulator import Force, Simulator, SimulatorWithDoors
+from bayes_hw.gap.case.simulator import (
+    Force,
+    Simulator,
+    SimulatorWithDoors,
+    command_of,
+    known_inputs,
+    with_command,
+)
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Followed, KnownPositions, Signals
 from bayes_hw.gap.simulate.injection_point import NO_STATES, InjectionPoint, InjectionStates
@@ -107,7 +114,9 @@ class SimulatorChain:
         return np.asarray(fftconvolve(signals, response[:, None], axes=0)[: len(signals)])
 
     def _respond(self, command: FloatArray, force: Force | None) -> FloatArray:
-        return np.asarray(self.simulator.simulate(self.values[None], command, force)[0], np.float64)
+        still = np.zeros((len(command), 1 + len(known_inputs(self.simulator))))
+        given = with_command(command, still) if still.shape[1] > 1 else command
+        return np.asarray(self.simulator.simulate(self.values[None], given, force)[0], np.float64)
 
 
 def simulate_simulators(
@@ -128,11 +137,11 @@ def simulate_simulators(
         w, y = np.empty((len(chains), len(u))), np.empty((len(chains), len(u)))
         for rows in groups.values():
             command = np.empty(len(u))
-            command_side(
-                np.ascontiguousarray(u, np.float64), simulator.sample_rate_hz, settings[rows[0]], command
-            )
+            command_side(command_of(u), simulator.sample_rate_hz, settings[rows[0]], command)
             law = ForceLaw(settings[rows]) if rubbing else None
-            outputs = np.ascontiguousarray(simulator.simulate(values[rows], command, law), np.float64)
+            outputs = np.ascontiguousarray(
+                simulator.simulate(values[rows], with_command(command, u), law), np.float64
+            )
             for row, output in zip(rows, outputs, strict=True):
                 output_side(output, simulator.sample_rate_hz, settings[row], w[row], y[row])
         found.append((np.ascontiguousarray(w.T), np.ascontiguousarray(y.T)))

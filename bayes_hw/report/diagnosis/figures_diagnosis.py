@@ -252,10 +252,10 @@ def regimes_and_coherences(
         _draw_bars(left, regimes, {named})
         left.axvline(1.0, color=INK, linestyle="--", linewidth=1.0)
         left.set_xlim(0, 1.15 * max([*regimes.values(), 1.0]))
-        left.set_xlabel("mean square / that of the noise")
+        left.set_xlabel("mean square /\nthat of the noise")
         _draw_bars(right, {typeset_unit(name): share for name, share in coherences.items()}, set())
         right.set_xlim(0, 1.15 * max([*coherences.values(), 0.1]))
-        right.set_xlabel("mean squared coherence")
+        right.set_xlabel("mean squared\ncoherence")
         return finished(
             canvas,
             "Where by regime: mean square of the residual over the noise's in the samples of every regime "

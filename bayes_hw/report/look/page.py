@@ -55,7 +55,7 @@ def to_html(look: Look, title: str = "") -> str:
             subtitle=visible(subtitle(look)),
             advice=look.advice,
             cards=cards(look),
-            facts=facts(look),
+            facts=[*facts(look), *treatment(look)],
             records=[record.name for record in look.records],
             distortion=look.distortion,
             plots=script_json(plots(look)),
@@ -85,17 +85,21 @@ def first_screen(look: Look) -> str:
 
 
 def subtitle(look: Look) -> str:
-    """How much was recorded, and what was done to it."""
-    first = look.records[0]
+    """How much was recorded."""
     samples = sum(len(record) for record in look.records)
-    text = (
+    return (
         f"{len(look.records)} record{'s' * (len(look.records) > 1)}, {format_duration(look.duration_s)} at "
-        f"{first.sample_rate_hz:g} Hz, {samples:,} samples"
+        f"{look.records[0].sample_rate_hz:g} Hz, {samples:,} samples"
     )
+
+
+def treatment(look: Look) -> list[tuple[str, str]]:
+    """What was done to the records, for the table at the end; nothing where nothing was."""
+    first = look.records[0]
     moved = [f"{o:.6g}" for o in look.origins if o != 0]
-    if moved:
-        text += f"; angles count from where each record begins ({', '.join(moved)} {first.units.output})"
-    return text + "".join(f"; {note}" for note in first.treatment)
+    done = [f"angles count from where each record begins ({', '.join(moved)} {first.units.output})"]
+    said = [*(done if moved else []), *first.treatment]
+    return [("how the records were read", "; ".join(said))] if said else []
 
 
 def cards(look: Look) -> list[dict[str, str]]:

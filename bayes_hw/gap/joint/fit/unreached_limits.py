@@ -4,19 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.cascade_response import outermost_limits
 from bayes_hw.model.axis_parameters import LIMIT_LOG_SD
+from bayes_hw.record import Record
 
 LOWER, UPPER = "saturation.lower", "saturation.upper"
 HALF_NORMAL_MEDIAN = 0.6745
 TOUCHING = 1e-6
 """Relative distance from the outermost limit that a descent may take, within which it stands there."""
+
+RIDGE = 1e-10
+"""Of a correlation matrix: what the records do not see shall not hide what they see."""
+
+NEAR = 0.02
+"""A limit farther within the largest command is not held against standing there."""
 
 
 def unreached_limits(
@@ -50,12 +59,52 @@ def beyond_records(
     return replace(values, cascade=cascade)
 
 
+def unknown_reach(fit: JointFit, held_out: Record) -> tuple[float, float] | None:
+    """The farthest command of a record held out beyond those of the records, where no limit that they reach
+    says what becomes of it, and their farthest on that side; None where there is none."""
+    standing = standing_outermost(fit)
+    own = [record.u for record in fit.response.records]
+    sides = (
+        (LOWER, float(held_out.u.min()), min(float(u.min()) for u in own)),
+        (UPPER, float(held_out.u.max()), max(float(u.max()) for u in own)),
+    )
+    beyond = [(there, here) for name, there, here in sides if name in standing and abs(there) > abs(here)]
+    return max(beyond, key=lambda pair: abs(pair[0]), default=None)
+
+
 def standing_outermost(fit: JointFit) -> list[str]:
-    """Names of the limits that no command of the records reaches."""
+    """Names of the limits that no command of the records reaches.
+
+    So is a limit that lies just within the largest command by chance. By Laplace's method, with s its
+    standard deviation and d how far within it is, both over the limit, it is reached only where
+    d^2 / (2 s^2) is more than log(LIMIT_LOG_SD / s): the share s of the prior is there, all of it beyond the
+    largest command.
+    """
     cascade = fit.values.cascade
-    limits = ((LOWER, cascade.lower), (UPPER, cascade.upper))
-    return [
-        name
-        for (name, limit), outermost in zip(limits, outermost_limits(fit.response.records), strict=True)
-        if abs(limit) >= (1 - TOUCHING) * abs(outermost)
-    ]
+    outermost = outermost_limits(fit.response.records)
+    limits = ((LOWER, cascade.lower, outermost[0]), (UPPER, cascade.upper, outermost[1]))
+    found = []
+    for name, limit, end in limits:
+        within = 1 - abs(limit) / abs(end)
+        if within <= TOUCHING or (within < NEAR and within < _farthest_by_chance(fit, name)):
+            found.append(name)
+    return found
+
+
+@lru_cache(maxsize=4)
+def _farthest_by_chance(fit: JointFit, name: str) -> float:
+    """How far within the largest command, over it, a limit may lie that is not reached."""
+    present = [n for n, held in ((LOWER, fit.structure.lower), (UPPER, fit.structure.upper)) if held]
+    if name not in present:
+        return 0.0
+    row, (about, factor) = present.index(name), drawn_about(fit)
+    size = len(factor) - 1
+    variance = float(np.sum(factor[:, size] ** 2)) / about.point.samples
+    norms = np.linalg.norm(factor[:size, :size], axis=0)
+    scaled = factor[:size, :size] / np.where(norms > 0, norms, 1.0)
+    spread = np.linalg.inv(scaled.T @ scaled + RIDGE * np.eye(size))[row, row]
+    limit = abs(float(fit.point.coordinates[row]))
+    share = float(np.sqrt(variance * spread)) / (norms[row] * limit) if norms[row] > 0 else np.inf
+    if not 0 < share < LIMIT_LOG_SD:
+        return 0.0
+    return share * float(np.sqrt(2 * np.log(LIMIT_LOG_SD / share)))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
-from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior, drawn_about
+from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_units,
     dominant_sections,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.leading_sample import leading_draws, second_sample
 from bayes_hw.gap.joint.fit.unreached_limits import unreached_limits
@@ -20,8 +21,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import (
     effect_units,
     torque_draws,
 )
-from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate, residuals_at
+from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Units
 
 DRAWS = 300
@@ -41,9 +41,6 @@ CHAOTIC = 1.7
 
 MODE_NUMBERS = 4
 """Of a mode: each costs half the logarithm of the samples (Schwarz 1978, doi 10.1214/aos/1176344136)."""
-
-EXPLODED = 1e3
-"""Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,39 +233,3 @@ def _are_pairs(fit: JointFit, coordinates: FloatArray) -> BoolArray:
     """Which sections (sections,) have complex poles."""
     a1, a2 = fit.response.values(coordinates).cascade.sections[:2]
     return np.asarray(a1 * a1 / 4 < a2, dtype=np.bool_)
-
-
-def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
-    """What draws are taken about, and its `factor`: the fit, or where its motion is chaotic and no observer
-    follows it, the cascade alone, at the same values, on records less what the effects add to the angle; its
-    coordinates are the first of the fit's. Raises FloatingPointError where derivatives overflow and no torque
-    is the reason."""
-    whole: FloatArray | None = None
-    try:
-        whole = fit.factor()
-    except FloatingPointError:
-        if not has_torques(fit):
-            raise
-    if whole is not None and (fit.observer is not None or not has_torques(fit)):
-        return fit, whole
-    values = JointValues(fit.values.cascade)
-    plain = replace(fit.response, template=())
-    records = [
-        replace(record, y=record.y - fit.response.along(fit.values, i).y + plain.along(values, i).y)
-        for i, record in enumerate(fit.response.records)
-    ]
-    plain = replace(plain, records=records)
-    held = JointFit(plain, evaluate(plain, plain.coordinates(values), fit.point.whitener))
-    factor, count = held.factor(), plain.size
-    if whole is None:
-        return held, factor
-    linear = np.linalg.norm(factor[:count, :count], axis=0)
-    moved = np.abs(whole[:, :count]).max(axis=0)
-    if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
-        return fit, whole
-    return held, factor
-
-
-def has_torques(fit: JointFit) -> bool:
-    """Whether an effect acts through ports."""
-    return any(effect.ports is not None for effect in fit.response.template)

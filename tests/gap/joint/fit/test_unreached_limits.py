@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import axis_words
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
+from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior, laplace
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -44,6 +45,20 @@ def test_it_lies_beyond_the_commands(posterior: JointPosterior) -> None:
     assert np.sqrt(np.mean(logs**2)) == pytest.approx(LIMIT_LOG_SD, rel=0.15)
     lower = posterior.base["saturation.lower"]
     assert np.std(lower) < 0.02 * abs(np.mean(lower))
+
+
+def test_a_limit_that_hardly_cuts_is_none_and_one_that_cuts_is(posterior: JointPosterior) -> None:
+    """A hair within the largest command, by less than the records tell; and a twentieth within."""
+    fit = posterior.fit
+    _, outermost = outermost_limits(fit.response.records)
+
+    def named(within: float) -> list[str]:
+        at = replace(fit.values, cascade=replace(fit.values.cascade, upper=(1 - within) * outermost))
+        point = evaluate(fit.response, fit.response.coordinates(at))
+        return standing_outermost(replace(fit, point=point))
+
+    assert named(1e-5) == ["saturation.upper"]
+    assert named(0.05) == []
 
 
 def test_a_command_beyond_the_records_is_not_cut_at_their_largest(posterior: JointPosterior) -> None:

@@ -9,9 +9,10 @@ import pytest
 from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, form, measured, response_with, scale, torque
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.fit import chaotic_motion
+from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior import joint_posterior
-from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, drawn_about, laplace, nats_of
+from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, laplace, nats_of
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     effect_quantities,
     effect_units,
@@ -92,7 +93,7 @@ def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its torques held, a pair that next to nothing is seen of does not carry the axis away."""
-    monkeypatch.setattr(joint_posterior, "EXPLODED", 0.0)
+    monkeypatch.setattr(chaotic_motion, "EXPLODED", 0.0)
     unseen = np.array([[1.9998], [0.99999], [2e-7], [-2e-7]])
     cascade = replace(CASCADE, sections=np.hstack([CASCADE.sections, unseen]), starts=np.zeros((1, 5)))
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.column_roles.reading_step import lattice
 from bayes_hw.formats.header import unit_of
 from bayes_hw.formats.table import Table
-from bayes_hw.inspection.reading_step import lattice
 from bayes_hw.record_checks import turn_of
 
 MOST_READINGS = 2**17
+
+FEWEST_NUMBERS = 100
+"""A column of no more tells nothing of what it is."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +78,9 @@ def line_of(facts: ColumnFacts) -> str:
 
 
 def moves(facts: ColumnFacts) -> bool:
-    """Whether the column holds over 100 numbers that differ."""
+    """Whether the column holds enough numbers, and such that differ."""
     shown = facts.values[np.isfinite(facts.values)]
-    return len(shown) > 100 and float(np.ptp(shown)) > 0
+    return len(shown) > FEWEST_NUMBERS and float(np.ptp(shown)) > 0
 
 
 def filled(values: FloatArray) -> FloatArray:

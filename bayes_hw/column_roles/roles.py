@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from bayes_hw.column_roles.column_facts import FEWEST_NUMBERS, ColumnFacts, moves
 from bayes_hw.following import following, relation
 from bayes_hw.formats.header import split_name
-from bayes_hw.inspection.column_facts import ColumnFacts, moves
 from bayes_hw.reading_options import ReadingOptions
 
 MOST_COLUMNS = 24
@@ -17,7 +18,7 @@ MOST_COLUMNS = 24
 
 COMMAND_WORDS = (
     *("cmd", "command", "demand", "dem", "setpoint", "set", "target", "ref", "reference", "input", "desired"),
-    *("commanded", "vir", "voltage"),
+    *("commanded", "vir", "voltage", "soll"),
 )
 
 OUTPUT_WORDS = (
@@ -35,14 +36,15 @@ OUTPUT_WORDS = (
         "az",
         "el",
     ),
-    *("feedback", "fb"),
+    *("feedback", "fb", "istw", "ist_", "_ist"),
 )
 
 SPEED_WORDS = ("vel", "rate", "speed")
 
 NAME_BONUS = 0.3
 
-AMBIGUOUS = 0.05
+AMBIGUOUS = NAME_BONUS
+"""A pair that follows is no rival only where a name more, or as much of the numbers, speaks against it."""
 
 FOLLOWS = 0.5
 
@@ -54,40 +56,48 @@ POSITION_GAINS = (0.1, 3.0)
 """Output speed over the speed of a command that is a position."""
 
 
+class Pair(NamedTuple):
+    """Two columns as command and output: how far numbers and names speak for it, and whether the command is
+    then a position."""
+
+    command: str
+    output: str
+    numbers: float
+    names: float
+    is_position: bool
+
+    @property
+    def score(self) -> float:
+        return self.numbers + self.names
+
+
 def roles_of(
-    facts: Sequence[ColumnFacts], rate: float, options: ReadingOptions, given: ReadingOptions
+    facts: Sequence[ColumnFacts],
+    rate: float,
+    options: ReadingOptions,
+    command: str | None,
+    output: str | None,
 ) -> tuple[ReadingOptions, list[str], list[str]]:
-    """Command and output among the columns: the pair that names and numbers speak for."""
+    """Command and output among the columns: the pair that names and numbers speak for, or the one, or both,
+    that are named."""
     usable = [each for each in facts if moves(each)][:MOST_COLUMNS]
     names = {each.name: each for each in usable}
     bare = {split_name(name)[0]: name for name in names}
-    named_input = given.input_position or (given.columns.input if given.columns.input != "u" else None)
-    named_output = given.columns.output if given.columns.output != "y" else None
-    inputs = [bare.get(named_input, named_input)] if named_input else list(names)
-    outputs = [bare.get(named_output, named_output)] if named_output else list(names)
-    scored = sorted(
-        (
-            (score, is_position, u, y)
-            for u in inputs
-            for y in outputs
-            if u in names and y in names and u != y
-            for score, is_position in [_score(names[u], names[y], rate)]
-        ),
-        reverse=True,
-    )
-    if not scored or scored[0][0] < FOLLOWS:
+    inputs = [bare.get(command, command)] if command else list(names)
+    outputs = [bare.get(output, output)] if output else list(names)
+    pairs = [
+        _pair(names[u], names[y], rate)
+        for u in inputs
+        for y in outputs
+        if u in names and y in names and u != y
+    ]
+    best = max(pairs, key=lambda pair: pair.score, default=None)
+    if best is None or best.score < FOLLOWS:
         return options, [], [_no_pair(facts, list(names))]
-    _, is_position, u, y = best = scored[0]
-    rival = next((other for other in scored[1:] if other[0] > best[0] - AMBIGUOUS), None)
-    if rival is not None and rival[2:] != (u, y):
-        option, one, two = ("--input", u, rival[2]) if rival[2] != u else ("--output", y, rival[3])
-        if option == "--input" and is_position != rival[1]:
-            one, two = (
-                f"--input{'-position' if is_position else ''} {u}",
-                f"--input{'-position' if rival[1] else ''} {two}",
-            )
-            return options, [], [f"is the command velocity or position? give {one} or {two}"]
-        return options, [], [f"which column? both follow alike: give {option} {one!r} or {option} {two!r}"]
+    rival = _rival(best, pairs)
+    if rival is not None:
+        return options, [], [_asked(best, rival)]
+    u, y, is_position = best.command, best.output, best.is_position
     word = _chosen_words(names[u], names[y], rate, is_position)
     columns = replace(
         options.columns, input="u" if is_position else split_name(u)[0], output=split_name(y)[0]
@@ -106,6 +116,8 @@ def _no_pair(facts: Sequence[ColumnFacts], moving: Sequence[str]) -> str:
     elif moving:
         words.append("no output follows a command clearly")
         remedy = f"give --input NAME and --output NAME, of {', '.join(map(repr, moving))}"
+    elif any(0 < np.isfinite(each.values).sum() <= FEWEST_NUMBERS for each in still):
+        remedy = "give --input NAME and --output NAME"
     else:
         remedy = "give a log of an axis that moves"
     if not words:
@@ -137,7 +149,7 @@ def _chosen_words(u: ColumnFacts, y: ColumnFacts, rate: float, is_position: bool
     return said + gain + by_name
 
 
-def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:
+def _pair(u: ColumnFacts, y: ColumnFacts, rate: float) -> Pair:
     """How well `y` follows `u`, by numbers and names, and whether `u` is then a position."""
     length = min(len(u.values), len(y.values))
     command, angle = u.motion(length), y.motion(length)
@@ -158,7 +170,40 @@ def _score(u: ColumnFacts, y: ColumnFacts, rate: float) -> tuple[float, bool]:
         names -= NAME_BONUS
     if is_position and not _has(u.name, COMMAND_WORDS, "u"):
         names -= NAME_BONUS
-    return max(same if is_position else 0.0, speed) + names, is_position
+    return Pair(u.name, y.name, max(same if is_position else 0.0, speed), names, is_position)
+
+
+def _rival(best: Pair, pairs: Sequence[Pair]) -> Pair | None:
+    """Another pair that may be meant: one that follows and of which names say as much, or that of another
+    axis, whose output does not follow this command. That the two are swapped is found in the record."""
+    turned = (best.output, best.command)
+    following_too = [
+        pair
+        for pair in pairs
+        if pair is not best and pair.numbers > FOLLOWS and (pair.command, pair.output) != turned
+    ]
+    of_this = {pair.output for pair in following_too if pair.command == best.command}
+    for pair in sorted(following_too, key=lambda pair: -pair.score):
+        is_apart = not {pair.command, pair.output} & {best.command, best.output, *of_this}
+        if is_apart or pair.score > best.score - AMBIGUOUS:
+            return pair
+    return None
+
+
+def _asked(best: Pair, rival: Pair) -> str:
+    """The question between two pairs, by the one option that answers it."""
+    if rival.output != best.output:
+        return (
+            f"which column? give --output {best.output!r} or --output {rival.output!r}: both follow a command"
+        )
+    if best.is_position != rival.is_position:
+        one, two = (
+            f"--input{'-position' if pair.is_position else ''} {pair.command!r}" for pair in (best, rival)
+        )
+        return f"is the command velocity or position? give {one} or {two}"
+    return (
+        f"which column? both are followed alike: give --input {best.command!r} or --input {rival.command!r}"
+    )
 
 
 def _has(name: str, words: Sequence[str], letter: str) -> bool:

@@ -1,0 +1,1 @@
+"""Which column of a log is its clock, its command, its output: by names, units and numbers."""
