@@ -39,7 +39,7 @@ from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
-from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
+from bayes_hw.gap.joint.search.hidden_zone import likelier_cause, out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
     HALFWAY,
@@ -225,7 +225,13 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
                 trail = caused
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
     fit, base = exchanged(trail.fit, rivals, say), trail.base
-    if fit.response.cause is None and base.response.records is not trail.whole.response.records:
+    if fit.response.cause is not None:
+        fit, lead, caused = likelier_cause(fit, trail.whole.response.records)
+        say(f"{fit.added[-1]} leads by {log_evidence(lead)}")
+        if not fit.effect_labels:
+            own = fit.score - base.score
+            rivals |= {one.added[-1]: own - (0.0 if one is fit else lead) for one in caused}
+    elif base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
     return replace(trail, fit=fit, base=base, rivals=rivals)
 
