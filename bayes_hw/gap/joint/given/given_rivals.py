@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
@@ -22,9 +22,11 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
 from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE, finer
 from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
 from bayes_hw.gap.joint.search.sight import named_by_sight
+from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
 
 SLOW = (WIND, WALK)
@@ -77,6 +79,19 @@ def instead_of(
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
     return found if len(found) > 1 or found[strongest] is not fit else {}
+
+
+def with_likelier_cause(
+    fit: GivenFit, base: GivenFit, whole: Sequence[Record]
+) -> tuple[GivenFit, dict[str, float]]:
+    """An explanation by noise of a cause with the likelier of the two, and where no effect stands beside it
+    the nats that either is worth: by its exact likelihood, and by what of the `whole` records lies inside the
+    dead zone, where no torque shows."""
+    found, lead, caused = likelier_cause(fit, whole)
+    if found.effect_labels:
+        return found, {}
+    own = found.score - base.score
+    return found, {one.added[-1]: own - (0.0 if one is found else lead) for one in caused}
 
 
 def _exchanged(fit: GivenFit) -> list[GivenFit]:

@@ -31,7 +31,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, with_likelier_cause
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
@@ -39,7 +39,7 @@ from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
-from bayes_hw.gap.joint.search.hidden_zone import likelier_cause, out_of_reach
+from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
     HALFWAY,
@@ -116,8 +116,7 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
         base = reweighted(base, readings)
         again = read_faults(base)
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
-            readings = again
-            base = reweighted(base, readings)
+            base, readings = reweighted(base, again), again
     return base, readings
 
 
@@ -131,13 +130,11 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     """The model without effects at the base parameters that explain the records best."""
     level = white_noise_level([record.y_or_nan for record in records])
     given = GivenModel.of(model, 0.1 * level)
-    structure = given.structure(part=False, further=False)
     nominal = given.cascade(np.zeros(given.size), part=False, further=False)
-    speed_gain = (
-        abs(nominal.integrator_residue) or abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
-    )
+    own_gain = abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
+    speed_gain = abs(nominal.integrator_residue) or own_gain
     scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
-    response = GivenResponse(structure, (), records, scale, given=given)
+    response = GivenResponse(given.structure(False, False), (), records, scale, given=given)
     low, high = given.bounds(part=False, further=False)
     nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
     starts = limit_starts(nominal_fit)
@@ -155,8 +152,8 @@ def plainly(fit: GivenFit) -> GivenFit:
     root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
 
     def residual(theta: FloatArray) -> FloatArray:
-        found = response.residuals(np.concatenate([theta, rest]))
-        errors = np.concatenate([e if m is None else e[m] for e, m in zip(found, measured, strict=True)])
+        found = zip(response.residuals(np.concatenate([theta, rest])), measured, strict=True)
+        errors = np.concatenate([e if m is None else e[m] for e, m in found])
         bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
         return np.concatenate([bounded, root * theta])
 
@@ -226,11 +223,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
     fit, base = exchanged(trail.fit, rivals, say), trail.base
     if fit.response.cause is not None:
-        fit, lead, caused = likelier_cause(fit, trail.whole.response.records)
-        say(f"{fit.added[-1]} leads by {log_evidence(lead)}")
-        if not fit.effect_labels:
-            own = fit.score - base.score
-            rivals |= {one.added[-1]: own - (0.0 if one is fit else lead) for one in caused}
+        fit, causes = with_likelier_cause(fit, base, trail.whole.response.records)
+        rivals |= causes
     elif base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
     return replace(trail, fit=fit, base=base, rivals=rivals)
