@@ -31,7 +31,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, with_likelier_cause
+from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
@@ -90,9 +90,9 @@ def search_given(
     with at_most(OF_RIVALS * seconds_left()):
         ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
         cut_short = cut_short or time_is_up()
-    rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
+    followed, (ends, rivals) = ends, plainly_named(ends, trail.rivals, base)
     best = max(ends, key=lambda label: ends[label].score, default=None)
-    if best is not None and ends[best].score > fit.score:
+    if best is not None and (ends[best].score > fit.score or len(ends) < len(followed)):
         fit = ends[best]
         told(f"in its place: {described(fit)}")
         if fit.response.records is base.response.records:
@@ -223,7 +223,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
     fit, base = exchanged(trail.fit, rivals, say), trail.base
     if fit.response.cause is not None:
-        fit, causes = with_likelier_cause(fit, base, trail.whole.response.records)
+        fit, causes = likelier(fit, base, trail.whole.response.records)
         rivals |= causes
     elif base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))

@@ -12,7 +12,7 @@ from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_moves import as_given
-from bayes_hw.gap.joint.given.given_rivals import instead_of
+from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.identify.growth.levels import WHITE
@@ -60,10 +60,10 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
 
 
 def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
-    """A friction of the motor, which a dead band of the drive explains as well; a dead band of the drive, of
-    which a friction comes not near."""
+    """A friction of the motor, which a dead band of the drive explains as well, but by looking at the speed, so
+    that it is that friction; a dead band of the drive, of which a friction comes not near."""
     band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
-    leads = {}
+    leads, kept = {}, {}
     for law, size, weight in ((form("friction", "Coulomb, motor"), 0.02, 0.012), (band, 0.1, 0.02)):
         planted = torque(law, (size,), weight)
         base = best_base(measured((planted,), 400, (1,)), model())
@@ -72,5 +72,12 @@ def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
         found = given_rivals._exchanged(fit)
         assert found and not any(set(one.labels) & set(fit.labels) for one in found)
         leads[law.label] = {one.labels[0]: fit.score - one.score for one in found}
+        ends = {one.labels[0]: one for one in (*found, fit)}
+        kept[law.label], nats = plainly_named(ends, {"wind": 3.0}, base)
+        assert nats == {"wind": 3.0} | {
+            label: end.score - base.score for label, end in kept[law.label].items()
+        }
     assert abs(leads["friction"]["other"]) < 5
     assert leads["other"]["friction"] > 50
+    assert "other" not in kept["friction"] and kept["friction"]["friction"].labels == ("friction",)
+    assert {"other", "friction"} <= kept["other"].keys()
