@@ -51,7 +51,7 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
 )
 from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
 from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections, sections_of_modes
-from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
+from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause, samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
@@ -79,7 +79,8 @@ MOST_SAMPLES = 40_000
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
-where something without a name remains, or where an observer makes up for what a law lacks."""
+where something without a name remains, an observer makes up for what a law lacks, or where the form of an
+effect of a given model leaves noise that counts as a cause."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +192,8 @@ def diagnose_records(
             with at_most(within_s):
                 found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
-            inflation = OF_ROUNDED if poorly_described(decision) else GIVEN_INFLATION
+            poorly = poorly_described(decision) or leaves_a_cause(found.fit)
+            inflation = OF_ROUNDED if poorly else GIVEN_INFLATION
             posterior = laplace_given(as_given(explaining(found, decision)), records[0].units, rng, inflation)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,

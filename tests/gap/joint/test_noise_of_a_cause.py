@@ -69,6 +69,16 @@ def test_exact_noise_tells_a_small_walk_from_wind() -> None:
     assert likely[WALK, True] - likely[WIND, True] > likely[WALK, False] - likely[WIND, False] + 2
 
 
+def test_going_on_over_holes_is_never_less_likely() -> None:
+    """Parameters are sought at a low order there, under which others are best than at the whole one."""
+    noise, e = SlowNoise(WALK, RATE, exact=True), [walk(seed, 0.02) for seed in (7, 8)]
+    for one in e:
+        one[::7] = np.nan
+    masks = [~np.isnan(one) for one in e]
+    begun = noise._whitener(0.0, -1, np.array([np.log(0.02**2), 0.0]))
+    assert noise.of(e, begun).log_likelihood(e, masks) >= begun.log_likelihood(e, masks)
+
+
 def test_wind_of_a_low_corner_is_found_however_small_its_part_at_high_frequencies() -> None:
     """Of gusts with a corner of 0.03 Hz beneath white noise, at 50 Hz: as likely as at the true spectrum."""
     rate, samples, rng = 50.0, 6000, np.random.default_rng(11)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
@@ -22,15 +22,21 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
 from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE, finer
 from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
-from bayes_hw.gap.joint.search.sight import named_by_sight
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
 
-SLOW = (WIND, WALK)
+SLOW, FRICTION = (WIND, WALK), "friction"
 EXCHANGED_AROUND_A_MODEL = (*EXCHANGED, *(form for form in DRIVE_FORMS if form.law not in PERIODIC))
 SHAPE_LEAD = 50.0
 """Nats by which a function of position must lead to end a search."""
+
+
+FRICTION_LEAD = 15.0
+"""Nats by which a law that looks at the speed of the axis must lead friction's own to be none."""
 
 
 def instead_of(
@@ -77,6 +83,34 @@ def instead_of(
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
     return found if len(found) > 1 or found[strongest] is not fit else {}
+
+
+def plainly_named(
+    ends: Mapping[str, GivenFit], rivals: dict[str, float], base: GivenFit
+) -> tuple[dict[str, GivenFit], dict[str, float]]:
+    """Ends, and what they and other rivals explain, without those that are friction under another name, where
+    friction itself explains nearly as much: through free ports they are one curve, and what it looks at tells
+    which."""
+    found, nats = dict(ends), rivals | {label: end.score - base.score for label, end in ends.items()}
+    if FRICTION not in ends:
+        return found, nats
+    most = ends[FRICTION].score + FRICTION_LEAD
+    for label, end in ends.items():
+        if label != FRICTION and end.score < most and is_hidden_friction(end):
+            del found[label]
+            del nats[label]
+    return found, nats
+
+
+def likelier(fit: GivenFit, base: GivenFit, whole: Sequence[Record]) -> tuple[GivenFit, dict[str, float]]:
+    """An explanation by noise of a cause with the likelier of the two, and where no effect stands beside it
+    the nats that either is worth: by its exact likelihood, and by what of the `whole` records lies inside the
+    dead zone, where no torque shows."""
+    found, lead, caused = likelier_cause(fit, whole)
+    if found.effect_labels:
+        return found, {}
+    own = found.score - base.score
+    return found, {one.added[-1]: own - (0.0 if one is found else lead) for one in caused}
 
 
 def _exchanged(fit: GivenFit) -> list[GivenFit]:

@@ -31,7 +31,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape
+from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
 from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
@@ -90,9 +90,9 @@ def search_given(
     with at_most(OF_RIVALS * seconds_left()):
         ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
         cut_short = cut_short or time_is_up()
-    rivals = trail.rivals | {label: end.score - base.score for label, end in ends.items()}
+    followed, (ends, rivals) = ends, plainly_named(ends, trail.rivals, base)
     best = max(ends, key=lambda label: ends[label].score, default=None)
-    if best is not None and ends[best].score > fit.score:
+    if best is not None and (ends[best].score > fit.score or len(ends) < len(followed)):
         fit = ends[best]
         told(f"in its place: {described(fit)}")
         if fit.response.records is base.response.records:
@@ -116,8 +116,7 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
         base = reweighted(base, readings)
         again = read_faults(base)
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
-            readings = again
-            base = reweighted(base, readings)
+            base, readings = reweighted(base, again), again
     return base, readings
 
 
@@ -131,13 +130,11 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     """The model without effects at the base parameters that explain the records best."""
     level = white_noise_level([record.y_or_nan for record in records])
     given = GivenModel.of(model, 0.1 * level)
-    structure = given.structure(part=False, further=False)
     nominal = given.cascade(np.zeros(given.size), part=False, further=False)
-    speed_gain = (
-        abs(nominal.integrator_residue) or abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
-    )
+    own_gain = abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
+    speed_gain = abs(nominal.integrator_residue) or own_gain
     scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
-    response = GivenResponse(structure, (), records, scale, given=given)
+    response = GivenResponse(given.structure(False, False), (), records, scale, given=given)
     low, high = given.bounds(part=False, further=False)
     nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
     starts = limit_starts(nominal_fit)
@@ -155,8 +152,8 @@ def plainly(fit: GivenFit) -> GivenFit:
     root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
 
     def residual(theta: FloatArray) -> FloatArray:
-        found = response.residuals(np.concatenate([theta, rest]))
-        errors = np.concatenate([e if m is None else e[m] for e, m in zip(found, measured, strict=True)])
+        found = zip(response.residuals(np.concatenate([theta, rest])), measured, strict=True)
+        errors = np.concatenate([e if m is None else e[m] for e, m in found])
         bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
         return np.concatenate([bounded, root * theta])
 
@@ -225,7 +222,10 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
                 trail = caused
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
     fit, base = exchanged(trail.fit, rivals, say), trail.base
-    if fit.response.cause is None and base.response.records is not trail.whole.response.records:
+    if fit.response.cause is not None:
+        fit, causes = likelier(fit, base, trail.whole.response.records)
+        rivals |= causes
+    elif base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
     return replace(trail, fit=fit, base=base, rivals=rivals)
 

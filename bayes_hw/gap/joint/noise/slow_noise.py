@@ -134,7 +134,11 @@ class SlowNoise:
 
             options = {"maxiter": iterations, "fatol": 0.03, "initial_simplex": _simplex(begun.at)}
             found = minimize(minus, tuple(begun.at), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
-            return self._whitener(begun.power, begun.chosen, np.asarray(found.x, dtype=np.float64))
+            ended = self._whitener(begun.power, begun.chosen, np.asarray(found.x, dtype=np.float64))
+            if most == self._longest:
+                return ended
+            # What gains at a lower order may lose at the whole one.
+            return max(ended, self._whitener(begun.power, begun.chosen, begun.at), key=likelihood)
 
         if isinstance(previous, SlowWhitener):
             return refined(previous, MORE_ITERATIONS)

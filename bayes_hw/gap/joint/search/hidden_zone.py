@@ -14,11 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WIND
 from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.search.effect_moves import each_cause
-from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Record
@@ -81,14 +80,13 @@ def nats_inside(fit: JointFit, records: Sequence[Record], inside: Sequence[BoolA
     return _log_likelihood(own, errors, inside, variance)
 
 
-def likelier_cause(
-    path: FollowedPath, whole: Sequence[Record]
-) -> tuple[FollowedPath, float, list[FollowedPath]]:
-    """The likelier cause of the noise, by how many nats it leads, and each: by what the fit's records show,
-    and by what of the `whole` records lies inside the zone where they are less than those."""
-    caused = [replace(path, fit=one) for one in each_cause(path.fit)]
-    inside = deep_inside(max(caused, key=lambda one: one.gained).fit, whole)
-    worth = [one.gained + nats_inside(one.fit, whole, inside) for one in caused]
+def likelier_cause(fit: AnyFit, whole: Sequence[Record]) -> tuple[AnyFit, float, list[AnyFit]]:
+    """The fit with the likelier cause of its noise, by how many nats it leads, and with each: by what the
+    fit's records show, and by what of the `whole` records lies inside the zone where they are less than
+    those."""
+    caused = each_cause(fit)
+    inside = deep_inside(max(caused, key=lambda one: one.score), whole)
+    worth = [one.score + nats_inside(one, whole, inside) for one in caused]
     ranked = np.argsort(worth)
     return caused[ranked[-1]], float(worth[ranked[-1]] - worth[ranked[0]]), caused
 

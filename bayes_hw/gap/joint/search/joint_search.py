@@ -186,21 +186,23 @@ def _explained(
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     best = replace(best, fit=fit)
     if fit.response.cause is not None:
-        best, lead, caused = likelier_cause(best, whole)
-        told(f"{best.fit.added[-1]} leads by {log_evidence(lead)}")
+        likelier, lead, fits = likelier_cause(best.fit, whole)
+        told(f"{likelier.added[-1]} leads by {log_evidence(lead)}")
+        caused = [replace(best, fit=one) for one in fits]
+        best = replace(best, fit=likelier)
         for one in caused:
-            label = one.fit.added[-1]
-            ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
+            label, leads = one.fit.added[-1], one.fit is likelier
+            ends[label] = one if leads else max(one, ends.get(label, one), key=lambda p: p.gained)
         more = best.fit.score - fit.score
         named = dict(zip(fit.labels, best.fit.labels, strict=True))
         nats = {named[label]: value + more for label, value in nats.items()}
         rivals |= {label: end.gained for label, end in ends.items()}
-        rivals |= {one.fit.added[-1]: best.gained - lead for one in caused if one is not best}
+        rivals |= {one.fit.added[-1]: best.gained - lead for one in caused if one.fit is not likelier}
     else:
         rivals |= {label: end.gained for label, end in ends.items()}
-    fits = {label: end.fit for label, end in ends.items()}
+    last = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
-    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits, cut_short=cut_short)
+    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short)
 
 
 def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:

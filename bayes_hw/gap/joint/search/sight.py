@@ -62,9 +62,12 @@ def takes_away(fit: JointFit, number: int) -> bool:
 
 
 def is_hidden_friction(fit: JointFit) -> bool:
-    """Whether a law over a twist or its rate looks at the speed of the axis: what does so rubs."""
+    """Whether a law over a twist or its rate, or a dead band of what the drive asks for, looks at the speed
+    of the axis: both are torques, which accelerate, and what follows the speed rubs."""
     for number, effect in enumerate(fit.values.effects):
-        if effect.form.base in TWISTS and effect.ports is not None and effect.ports.signal:
+        own_motion = effect.ports is not None and effect.ports.signal
+        demand = (effect.form.law, effect.form.base) == (K.GAP, K.BASE_COMMAND)
+        if demand or (own_motion and effect.form.base in TWISTS):
             by_speed, by_acceleration = shares_of_motion(fit, number)
             if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
                 return True

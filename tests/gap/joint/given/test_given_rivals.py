@@ -12,7 +12,7 @@ from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_moves import as_given
-from bayes_hw.gap.joint.given.given_rivals import instead_of
+from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.identify.growth.levels import WHITE
@@ -74,3 +74,23 @@ def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
         leads[law.label] = {one.labels[0]: fit.score - one.score for one in found}
     assert abs(leads["friction"]["other"]) < 5
     assert leads["other"]["friction"] > 50
+
+
+def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless it explains clearly more than friction does; where there is no friction it stays."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), 400, (1,)), model())
+    friction = as_given(base.with_effect(rub.form, (0.02,)))
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    other = as_given(base.with_effect(band, (0.1,)))
+    likelihood = other.point.log_likelihood + given_rivals.FRICTION_LEAD + 20
+    better = replace(other, point=replace(other.point, log_likelihood=likelihood))
+    monkeypatch.setattr(given_rivals, "is_hidden_friction", lambda fit: fit in (other, better))
+    for ends, left in (
+        ({"friction": friction, "other": other}, {"friction"}),
+        ({"friction": friction, "other": better}, {"friction", "other"}),
+        ({"other": other}, {"other"}),
+    ):
+        kept, nats = plainly_named(ends, {"wind": 3.0}, base)
+        assert kept == {label: ends[label] for label in left}
+        assert nats == {"wind": 3.0} | {label: end.score - base.score for label, end in kept.items()}

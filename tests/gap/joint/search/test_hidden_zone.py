@@ -15,7 +15,13 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import with_slow_noise
-from bayes_hw.gap.joint.search.hidden_zone import CLEAR, clear_of_zone, deep_inside, nats_inside
+from bayes_hw.gap.joint.search.hidden_zone import (
+    CLEAR,
+    clear_of_zone,
+    deep_inside,
+    likelier_cause,
+    nats_inside,
+)
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
@@ -80,6 +86,19 @@ def test_what_lies_inside_tells_a_torque_from_an_angle_that_walks(of_axis: bool)
     inside = deep_inside(fits[0], records)
     torque, walk = (nats_inside(fit, records, inside) for fit in fits)
     assert (torque - walk > 30) if of_axis else (walk - torque > 30)
+
+
+@pytest.mark.parametrize("of_axis", [True, False], ids=["torque", "readings"])
+def test_the_likelier_cause_is_the_one_at_work(of_axis: bool) -> None:
+    """Whichever the fit had; clear of the zone alone neither leads by as much as ten nats."""
+    response, records = shifted(of_axis=of_axis)
+    clear = clear_of_zone(fitted(response, records), records)
+    assert clear is not None
+    begun = with_slow_noise(fitted(response, clear), WALK if of_axis else WIND)
+    found, lead, caused = likelier_cause(begun, records)
+    assert found.labels == ((WIND,) if of_axis else (WALK,))
+    assert {one.labels for one in caused} == {(WIND,), (WALK,)}
+    assert abs(caused[0].score - caused[1].score) < 10 < 30 < lead
 
 
 def test_the_model_is_right_without_what_the_zone_hides() -> None:

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import form, response_with, some_effect
+from joint_axis import form, response_with, some_effect, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import Effect
-from bayes_hw.gap.joint.search.sight import named_by_sight, takes_away
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, takes_away
 from bayes_hw.identify.growth.descent import evaluate
 
 HYSTERESIS = form("other", "hysteresis of the spring")
@@ -49,3 +50,19 @@ def test_the_name_follows_what_it_does_to_the_spring(turn: bool) -> None:
     (label,) = named_by_sight(fit).labels
     assert label == ("backlash" if takes_away(fit, 0) else "other")
     assert named_by_sight(fit).score == pytest.approx(fit.score)
+
+
+@pytest.mark.parametrize("swing", [0.0, 1000.0], ids=["the speed", "what swings"])
+def test_a_dead_band_that_looks_at_the_speed_is_friction(swing: float) -> None:
+    """Under a command of long steps, which the axis follows; one that also looks at what swings is not."""
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    effect = torque(band, (0.01,), 1e-4)
+    assert effect.ports is not None
+    seen = np.array([[0.5 * swing], [swing]])
+    effect = replace(effect, ports=replace(effect.ports, signal_sections=seen, signal=swing > 0))
+    response, values = response_with((effect,), 1600)
+    steps = np.repeat(np.random.default_rng(1).uniform(-0.5, 0.5, 10), 160)
+    slow = replace(response.records[0], u=steps, y=response.simulate(values, steps).y)
+    response = replace(response, records=[slow])
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    assert is_hidden_friction(fit) == (swing == 0.0)
