@@ -76,6 +76,9 @@ OWN_MODEL = (
 MOST_SAMPLES = 40_000
 """Of all records together that a search sees: of longer ones each record's beginning, in proportion."""
 
+OF_SEARCH = 0.9
+"""Of the time, that the search from records alone may take: the rest is for the numbers of what it found."""
+
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
 where something without a name remains, or where an observer makes up for what a law lacks."""
@@ -170,13 +173,14 @@ def diagnose_records(
     with one_blas_thread(), crew(jobs), np.errstate(all="ignore"):
         if model is None:
             with at_most(within_s):
-                found = search(records, progress.say)
-            decision = decide_jointly(found)
-            fit = explaining(found, decision)
-            wider = widened(fit)
-            if samples > MOST_SAMPLES:
-                found, records = on_whole_records(found, whole), whole
-                wider = fitted_to(wider, whole, found.base.response.weights)
+                with at_most(OF_SEARCH * within_s):
+                    found = search(records, progress.say)
+                decision = decide_jointly(found)
+                fit = explaining(found, decision)
+                wider = widened(fit)
+                if samples > MOST_SAMPLES:
+                    found, records = on_whole_records(found, whole), whole
+                    wider = fitted_to(wider, whole, found.base.response.weights)
             sections = sections_of_modes(fit, dominant_sections(fit), wider)
             poorly = poorly_described(decision) or fit.observer is not None
             inflation = OF_ROUNDED if poorly else INFLATION

@@ -222,6 +222,8 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
+    if time_is_up():
+        return start
     point, damping, accepted, fresh, converged, stuck = start, FIRST_DAMPING, 0, False, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)

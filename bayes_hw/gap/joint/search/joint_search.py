@@ -32,7 +32,7 @@ from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
-from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.gap.joint.search.observer import observed, observed_alone
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
@@ -60,6 +60,9 @@ STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
 MOST_EFFECTS, MOST_STEPS = 3, 10
+GROWN = 0.5
+"""Of the time left, that the cascade without effects may take."""
+
 SEARCHED = 0.6
 """Of the time left, that looking further may take: the rest is for verification."""
 
@@ -119,7 +122,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 
 def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
     """`search` of records, which are `whole` but for samples that are left out."""
-    base, readings = _begun(records, told)
+    with at_most(GROWN * seconds_left()):
+        base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
         told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
@@ -167,6 +171,11 @@ def _explained(
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = FollowedPath(base, base, readings)
     contenders, alone = _contenders(begun, told)
+    if (followed := followed_by_readings(base, contenders)) is not base:
+        told(f"{log_evidence(followed.score - base.score)}: {described(followed)}")
+        beside, more = _contenders(replace(begun, fit=followed), told)
+        contenders = [*beside, *contenders][:MOST_CONTENDERS]
+        alone |= {label: one for label, one in more.items() if one.score > alone.get(label, base).score}
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
@@ -177,7 +186,7 @@ def _explained(
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
     ended = [replace(path, fit=named_by_sight(path.fit)) for path in ended]
-    if len(ended) > 1:
+    if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
         ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
@@ -200,6 +209,7 @@ def _explained(
         rivals |= {label: end.gained for label, end in ends.items()}
     fits = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
+    cut_short = cut_short or time_is_up()
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=fits, cut_short=cut_short)
 
 
@@ -250,6 +260,8 @@ def _structural(fit: JointFit) -> JointFit:
     """The best of the present effects with other ports, another form of their law, or a larger G; where the
     noise is of high order, which may have taken up what they explain, begun under noise of the first too,
     and with finer steps where none of it helps."""
+    if time_is_up():
+        return fit
     trials = port_candidates(fit) + larger_cascades(fit)
     begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
     coloured = fit.noise_order > 1
@@ -276,6 +288,20 @@ def in_observer_form(fit: JointFit) -> JointFit:
         return fit
     best = highest([fit, *raced(observed(fit), fit.score)])
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
+
+
+def followed_by_readings(base: JointFit, contenders: Sequence[FollowedPath]) -> JointFit:
+    """The cascade without effects in observer form where that explains more than any label alone, and what it
+    leaves comes in jumps: of a motion that no simulation follows the readings may show the law."""
+    if base.noise_order <= 1 or time_is_up() or not jumps(base):
+        return base
+    followed = highest([base, *raced(observed_alone(base), base.score)])
+    return followed if all(followed.score > path.fit.score for path in contenders) else base
+
+
+def is_simulated(fit: JointFit) -> bool:
+    """Whether a simulation follows the motion, and leaves nothing that follows itself for long."""
+    return fit.observer is None and fit.noise_order <= 1
 
 
 def seen_through(fit: JointFit, without: JointFit) -> JointFit:
