@@ -10,23 +10,14 @@ import numpy as np
 from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
-from bayes_hw.gap.joint.fit.structure_moves import (
-    SLACK_NATS,
-    delayed,
-    larger_cascades,
-    pruned,
-)
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
-from bayes_hw.gap.joint.search.effect_moves import (
-    FIRST_STEPS,
-    effect_candidates,
-    port_candidates,
-    slow_causes,
-)
+from bayes_hw.gap.joint.search.bent_spring import as_it_bends
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
@@ -34,21 +25,16 @@ from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed, observed_alone
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
-STRUCTURAL_NATS = 5.0
-"""A port or a section that gains as much is taken before another effect is looked for."""
-
 MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
-
-MOST_RACED = 3
-"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
 
 HALFWAY = 0.5
 """Share of what verification asks of a label that it must gain at first where others stand."""
@@ -185,7 +171,7 @@ def _explained(
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
-    ended = [replace(path, fit=named_by_sight(path.fit)) for path in ended]
+    ended = [replace(path, fit=named(path.fit)) for path in ended]
     if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
         ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
@@ -217,13 +203,18 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     """Of every label the best that it or an exchange of another one's law reaches."""
     found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
     for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in (named_by_sight(one) for one in fits if not is_hidden_friction(one)):
+        for fit in (named(one) for one in fits if not is_hidden_friction(one)):
             other = replace(path, fit=fit)
             present = found.get(other.begun_with)
             if other.gained > (0.0 if present is None else present.gained):
                 told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
                 found[other.begun_with] = other
     return list(found.values())
+
+
+def named(fit: JointFit) -> JointFit:
+    """The fit under the names of what its laws look at, and of how its spring bends."""
+    return named_by_sight(as_it_bends(fit))
 
 
 def described(fit: JointFit) -> str:
@@ -254,24 +245,6 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
             base = weighted(base, readings.weights)
     say(f"without effects: {described(base)}")
     return base, readings
-
-
-def _structural(fit: JointFit) -> JointFit:
-    """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too,
-    and with finer steps where none of it helps."""
-    if time_is_up():
-        return fit
-    trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
-    coloured = fit.noise_order > 1
-    if coloured:
-        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
-        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
-    best = highest([fit, *raced(begun, fit.score)])
-    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
-        return best
-    return finer(best)
 
 
 def corrected(fit: JointFit, without: JointFit) -> JointFit:
@@ -311,20 +284,6 @@ def seen_through(fit: JointFit, without: JointFit) -> JointFit:
     return highest([fit, *raced([fit.without_observer()], fit.score)])
 
 
-def finer(fit: JointFit) -> JointFit:
-    """With effects that act several times a sample, where the noise asks for it and that is better."""
-    return within_sample(fit) if fit.point.whitener.order > 0 else fit
-
-
-def within_sample(fit: JointFit) -> JointFit:
-    """With effects that act several times a sample, where that is better."""
-    within = any(e.is_own_law for e in fit.response.template)
-    if not within or fit.response.steps > 1:
-        return fit
-    trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
-    return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
-
-
 def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], None]) -> list[JointFit]:
     """The best explanation with one more label; and where another label's is nearly as good, both with the
     ports, forms and poles that they ask for: which of them is better shows only then."""
@@ -342,7 +301,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
             # A G that grew to stand in for the effect is in its way.
             contender = pruned(contender)
         for _ in range(MOST_STEPS):
-            larger = _structural(contender)
+            larger = structural(contender)
             if larger.score < contender.score + STRUCTURAL_NATS:
                 break
             contender = larger
@@ -400,7 +359,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         if time_is_up():
             break
         fit = path.fit
-        best = fit if path.settled else corrected(_structural(fit), fit)
+        best = fit if path.settled else corrected(structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             further = [
                 t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)

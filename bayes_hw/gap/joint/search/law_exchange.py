@@ -22,9 +22,14 @@ from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.time_budget import time_is_up
 
 EXCHANGED: tuple[Form, ...] = tuple(
-    form for form in FORMS if form.is_law and not form.further and form.law not in (K.RIPPLE, K.MODULATED)
+    form
+    for form in FORMS
+    if form.is_law
+    and not form.further
+    and form.base not in (K.BASE_POSITION, K.BASE_MOTOR)
+    and form.law != K.MODULATED
 )
-"""Laws that are not periodic in position."""
+"""Laws that look at no position."""
 
 SIZES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 """Standard deviations of what a law looks at, in units of where it bends."""

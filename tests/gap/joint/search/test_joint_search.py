@@ -21,7 +21,6 @@ from joint_axis import (
     scale,
     torque,
 )
-from scipy.signal import lfilter
 
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.decision.joint_decision import decide_jointly
