@@ -159,9 +159,9 @@ def _explained(
     contenders, alone = _contenders(begun, told)
     if (followed := followed_by_readings(base, contenders)) is not base:
         told(f"{log_evidence(followed.score - base.score)}: {described(followed)}")
-        beside, more = _contenders(replace(begun, fit=followed), told)
+        beside, further = _contenders(replace(begun, fit=followed), told)
         contenders = [*beside, *contenders][:MOST_CONTENDERS]
-        alone |= {label: one for label, one in more.items() if one.score > alone.get(label, base).score}
+        alone |= {label: one for label, one in further.items() if one.score > alone.get(label, base).score}
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
@@ -171,7 +171,7 @@ def _explained(
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
-    ended = [replace(path, fit=named(path.fit)) for path in ended]
+    ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
     if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
         ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
@@ -203,7 +203,7 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     """Of every label the best that it or an exchange of another one's law reaches."""
     found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
     for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in (named(one) for one in fits if not is_hidden_friction(one)):
+        for fit in (as_seen(one) for one in fits if not is_hidden_friction(one)):
             other = replace(path, fit=fit)
             present = found.get(other.begun_with)
             if other.gained > (0.0 if present is None else present.gained):
@@ -212,7 +212,7 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     return list(found.values())
 
 
-def named(fit: JointFit) -> JointFit:
+def as_seen(fit: JointFit) -> JointFit:
     """The fit under the names of what its laws look at, and of how its spring bends."""
     return named_by_sight(as_it_bends(fit))
 
