@@ -35,7 +35,6 @@ from bayes_hw.gap.joint.fit.starts import Starts
 from bayes_hw.gap.joint.fit.structure_moves import widened
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import search_given
-from bayes_hw.gap.joint.given.rounded_readings import readings_of
 from bayes_hw.gap.joint.posterior.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
 from bayes_hw.gap.joint.posterior.joint_closure import (
@@ -51,6 +50,7 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
 from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
 from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections, sections_of_modes
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
+from bayes_hw.gap.joint.residuals.rounded_readings import readings_of
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search

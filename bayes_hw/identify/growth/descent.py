@@ -144,11 +144,14 @@ def _fresh_noise(
     return Whitener.of_residuals(residuals, most)
 
 
+def prior_precision(response: Response, coordinates: FloatArray) -> FloatArray:
+    """Inverse variances (size,) of the coordinates' priors; zero where nothing is known."""
+    return response.prior_precision() if _has_prior(response) else np.zeros(len(coordinates))
+
+
 def log_prior(response: Response, coordinates: FloatArray) -> float:
     """Up to its constant; zero without one."""
-    if not _has_prior(response):
-        return 0.0
-    return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
+    return -0.5 * float(np.sum(prior_precision(response, coordinates) * coordinates**2))
 
 
 def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:

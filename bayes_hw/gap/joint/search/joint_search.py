@@ -11,10 +11,11 @@ from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
-from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned
+from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned, regrown
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
+from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
@@ -237,6 +238,9 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     if "encoder_quantization" in readings.nats and readings.step is not None:
         scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
         base = replace(base, response=replace(base.response, scale=scale))
+    if readings.rounded_first:
+        base, readings = without_rounding(base, readings)
+        base = regrown(base) if readings.taken_off else base
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
         again = read_faults(base)

@@ -32,7 +32,7 @@ from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.gap.joint.search import joint_search
+from bayes_hw.gap.joint.search import joint_search, structural
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import search
@@ -144,10 +144,10 @@ def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
     response = replace(coarse, records=records)
     fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()
     assert fit.noise_order == 0
-    assert joint_search.finer(fit) is fit
-    stepped = joint_search.within_sample(fit)
+    assert structural.finer(fit) is fit
+    stepped = structural.within_sample(fit)
     assert stepped.response.steps == 4
-    assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
+    assert stepped.score > fit.score + structural.STRUCTURAL_NATS
 
 
 @pytest.mark.parametrize(

@@ -9,13 +9,13 @@ import pytest
 from joint_axis import SIGMA, command, form, measured, model, record, response_with
 
 from bayes_hw.gap.joint.given import given_search
-from bayes_hw.gap.joint.given.free_shape import best_coefficients
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import LIMITS
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted
-from bayes_hw.gap.joint.given.rounded_readings import readings_of, without_rounding
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
 from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.residuals.rounded_readings import readings_of, without_rounding
 from bayes_hw.record import Record
 
 SAMPLES, STEP, OFF = 1500, 3.2 * SIGMA, 0.3
