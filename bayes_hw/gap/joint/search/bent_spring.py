@@ -20,6 +20,7 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.response.state_kernel import entering, seen
+from bayes_hw.gap.joint.response.within_sample import Paths, Stepped
 from bayes_hw.identify.cascade import CascadeValues, Structure
 
 BENT: dict[int, Form] = {
@@ -78,68 +79,71 @@ def from_other_side(fit: JointFit, number: int) -> JointFit | None:
         if one.ports is None:
             effects.append(one)
         elif i == number:
-            ports = turned.ports(i, other.base)
+            ports = turned.ports(i)
             away = replace(
                 ports, real=-ports.real, sections=-ports.sections, direct=ports.direct * np.array([-1.0, 1.0])
             )
             (slot,) = other.slots(fit.response.scale)
             effects.append(Effect(other, np.array([np.clip(bend, slot.lower, slot.upper)]), away))
         else:
-            effects.append(replace(one, ports=turned.ports(i, one.form.base)))
+            effects.append(replace(one, ports=turned.ports(i)))
     return fit.moved(turned.structure, JointValues(turned.cascade(), tuple(effects)))
 
 
 @dataclass(frozen=True, eq=False)
 class _States:
-    """States of G and of one torque's direct path: how they go on (n, n), how that torque enters (n,), what
-    its law sees of them (n,), and the rows (1 + laws, n) by which command and torques enter and by which
-    angle and signals see them."""
+    """States of G and of one torque's direct path, a step of a sample at a time: how they go on (n, n), how
+    that torque enters (n,), what its law sees of them (n,), and the rows (1 + laws, n) by which command and
+    torques enter, and by which the angle and the signals see them; those of `own` motions without the base's.
+    """
 
     transition: FloatArray
     entering: FloatArray
     seen: FloatArray
     inputs: FloatArray
     outputs: FloatArray
+    own: FloatArray
 
     @classmethod
     def of(cls, fit: JointFit, number: int) -> _States:
-        values, s = fit.values, fit.structure
+        values, s, steps = fit.values, fit.structure, fit.response.steps
         laws = [e for e in values.effects if e.ports is not None]
-        row = values.law_row(number)
         ports = [e.ports for e in laws if e.ports is not None]
+        row, cascade = values.law_row(number), values.cascade
+        paths = Paths(
+            cascade.integrator_residue,
+            np.ascontiguousarray(cascade.real),
+            np.ascontiguousarray(cascade.sections),
+            np.array([one.real for one in ports]),
+            np.array([one.sections for one in ports]),
+            np.array([one.direct for one in ports]),
+            np.array([one.signal_real for one in ports]),
+            np.array([one.signal_sections for one in ports]),
+        )
+        p = Stepped(paths, steps).fast
+        codes = [np.array([getattr(e.form, name) for e in laws], dtype=np.int64) for name in ("law", "base")]
         states = s.real_poles + 2 * s.sections
         kept = np.append(np.arange(states), states + row)
-        rows = _rows(values, laws)
-        inputs, outputs = (one[:, kept] for one in rows)
-        poles, pairs = values.cascade.real[0], values.cascade.sections[:2].T
-        transition = np.diag(np.concatenate([poles, np.zeros(2 * s.sections), ports[row].direct[1:]]))
-        for i, (a1, a2) in enumerate(pairs):
+        inputs = entering(p.residue, p.real, p.sections, p.port_real, p.port_sections, p.direct)[:, kept]
+        whole, based = (
+            seen(p.residue, p.real, p.sections, *codes, p.direct, a, b, steps)[:, kept]
+            for a, b in (
+                (p.signal_real, p.signal_sections),
+                (np.zeros_like(p.signal_real), np.zeros_like(p.signal_sections)),
+            )
+        )
+        transition = np.diag(np.concatenate([p.real[0], np.zeros(2 * s.sections), p.direct[row, 1:]]))
+        for i, (a1, a2) in enumerate(p.sections[:2].T):
             at = s.real_poles + 2 * i
             transition[at : at + 2, at : at + 2] = [[a1, 1.0], [-a2, 0.0]]
-        return cls(transition, inputs[1 + row], outputs[1 + row], inputs, outputs)
-
-
-def _rows(values: JointValues, laws: list[Effect]) -> tuple[FloatArray, FloatArray]:
-    """By which command and torques enter all states, and by which angle and signals see them."""
-    ports = [e.ports for e in laws if e.ports is not None]
-    cascade = values.cascade
-    codes = [np.array([getattr(e.form, name) for e in laws], dtype=np.int64) for name in ("law", "base")]
-    direct = np.array([p.direct for p in ports])
-    real, sections = np.ascontiguousarray(cascade.real), np.ascontiguousarray(cascade.sections)
-    entered = entering(
-        cascade.integrator_residue, real, sections, np.array([p.real for p in ports]),
-        np.array([p.sections for p in ports]), direct,
-    )  # fmt: skip
-    sight = seen(
-        cascade.integrator_residue, real, sections, *codes, direct,
-        np.array([p.signal_real for p in ports]), np.array([p.signal_sections for p in ports]), 1,
-    )  # fmt: skip
-    return entered, sight
+        return cls(transition, inputs[1 + row], whole[1 + row], inputs, whole, whole - based)
 
 
 @dataclass(frozen=True, eq=False)
 class _Turned:
-    """G beyond the bend as a cascade: its `modes` (n, n), eigenvectors whose part of the angle is one."""
+    """G beyond the bend by its modes, each with the angle that it adds for its state: `poles` of a sample,
+    weights of command and torques (1 + laws, modes), and what every law sees of them by a motion of its own
+    (1 + laws, modes)."""
 
     fit: JointFit
     number: int
@@ -148,80 +152,67 @@ class _Turned:
     pairs: list[tuple[int, int]]
     poles: ComplexArray
     inputs: ComplexArray
-    outputs: ComplexArray
+    signals: ComplexArray
 
     @classmethod
     def of(cls, fit: JointFit, number: int, slope: float) -> _Turned | None:
-        axis, s = _States.of(fit, number), fit.structure
+        axis, s, steps = _States.of(fit, number), fit.structure, fit.response.steps
         poles, modes = np.linalg.eig(axis.transition - slope * np.outer(axis.entering, axis.seen))
+        poles, modes = poles.astype(np.complex128), modes.astype(np.complex128)
         shown = axis.outputs[0] @ modes
         if np.abs(shown).min(initial=np.inf) == 0 or np.linalg.cond(modes) > 1 / np.finfo(float).eps:
             return None
         modes = modes / shown
-        inputs, outputs = np.linalg.solve(modes, axis.inputs.T).T, axis.outputs @ modes
-        poles = poles * np.minimum(1.0, LARGEST_RADIUS / np.maximum(np.abs(poles), LARGEST_RADIUS))
-        alone = sorted((i for i in range(len(poles)) if poles[i].imag == 0), key=lambda i: -poles[i].real)
-        upper = [i for i in range(len(poles)) if poles[i].imag > 0]
+        signals = axis.own @ modes
+        signals[1 + fit.values.law_row(number)] = axis.seen @ modes - (steps * (poles - 1)) ** 2
+        poles *= np.minimum(1.0, LARGEST_RADIUS / np.maximum(np.abs(poles), LARGEST_RADIUS))
+        of_sample = poles**steps
+        inputs = np.linalg.solve(modes, axis.inputs.T).T * (1 - of_sample) / (1 - poles)
+        alone = sorted(
+            (i for i in range(len(poles)) if of_sample[i].imag == 0), key=lambda i: -of_sample[i].real
+        )
+        upper = [i for i in range(len(poles)) if of_sample[i].imag > 0]
         count = min(s.real_poles, len(alone))
         count += (len(alone) - count) % 2
         pairs = [(i, int(np.argmin(np.abs(poles - poles[i].conj())))) for i in upper]
         rest = alone[count:]
         pairs += list(zip(rest[0::2], rest[1::2], strict=True))
         structure = replace(s, real_poles=count, sections=len(pairs))
-        found = cls(fit, number, structure, alone[:count], pairs, poles, inputs, outputs)
+        found = cls(fit, number, structure, alone[:count], pairs, of_sample, inputs, signals)
         return found if np.isfinite(found.cascade().sections).all() else None
 
     def cascade(self) -> CascadeValues:
         """With the command's weights."""
-        old = self.fit.values.cascade
-        real = np.array([self.poles[self.real].real, self.inputs[0, self.real].real])
-        sections = np.array(
-            [
-                [(self.poles[i] + self.poles[k]).real, (self.poles[i] * self.poles[k]).real, *weights]
-                for (i, k), weights in zip(self.pairs, self._entering(0), strict=True)
-            ]
-        ).reshape(-1, 4)
-        order = int(self.structure.integrator) + len(self.poles)
-        starts = np.zeros((len(old.starts), order))
-        return replace(old, real=real, sections=np.ascontiguousarray(sections.T), starts=starts)
+        old, z = self.fit.values.cascade, self.poles
+        real = np.array([z[self.real].real, self.inputs[0, self.real].real])
+        denominators = [((z[i] + z[k]).real, (z[i] * z[k]).real) for i, k in self.pairs]
+        sections = np.concatenate([np.array(denominators).reshape(-1, 2), self._entering(0)], axis=1).T
+        starts = np.zeros((len(old.starts), int(self.structure.integrator) + len(z)))
+        return replace(old, real=real, sections=np.ascontiguousarray(sections), starts=starts)
 
-    def ports(self, number: int, base: int) -> Ports:
-        """Those of effect `number`, whose law looks at its own motion and at what `base` says."""
-        effect = self.fit.values.effects[number]
-        row, old = self.fit.values.law_row(number), effect.ports
+    def ports(self, number: int) -> Ports:
+        """Those of effect `number`; the direct path of the bend is part of G."""
+        row, old = 1 + self.fit.values.law_row(number), self.fit.values.effects[number].ports
         assert old is not None
-        direct = old.direct * np.array([0.0, 1.0]) if number == self.number else old.direct
-        ports = Ports(
-            self.inputs[1 + row, self.real].real,
-            np.array(self._entering(1 + row)).reshape(-1, 2).T,
-            direct,
-            np.zeros(len(self.real)),
-            np.zeros((2, len(self.pairs))),
-            old.signal or number == self.number,
-        )
-        if not ports.signal:
-            return ports
-        cascade = self.cascade()
-        form = replace(effect.form, base=base)
-        own = _rows(JointValues(cascade), [replace(effect, form=form, ports=ports)])[1][1]
-        n = len(self.real)
-        asked = np.array(self._seeing(1 + row)).reshape(-1, 2)
-        return replace(
-            ports,
-            signal_real=self.outputs[1 + row, self.real].real - own[:n],
-            signal_sections=(asked - own[n : n + asked.size].reshape(-1, 2)).T,
+        bends = number == self.number
+        return Ports(
+            self.inputs[row, self.real].real,
+            self._entering(row).T,
+            old.direct * np.array([0.0, 1.0]) if bends else old.direct,
+            self.signals[row, self.real].real,
+            self._seeing(row).T,
+            old.signal or bends,
         )
 
-    def _entering(self, row: int) -> list[tuple[float, float]]:
-        """Weights of an input into both states of every section."""
+    def _entering(self, row: int) -> FloatArray:
+        """Weights (sections, 2) of an input into both states of every section."""
         w, z = self.inputs[row], self.poles
-        return [((w[i] + w[k]).real, -(z[k] * w[i] + z[i] * w[k]).real) for i, k in self.pairs]
+        found = [((w[i] + w[k]).real, -(z[k] * w[i] + z[i] * w[k]).real) for i, k in self.pairs]
+        return np.array(found, dtype=np.float64).reshape(-1, 2)
 
-    def _seeing(self, row: int) -> list[tuple[float, float]]:
-        """Weights of both states of every section in an output."""
-        e, z = self.outputs[row], self.poles
-        found = []
-        for i, k in self.pairs:
-            second = (e[i] - e[k]) / (z[i] - z[k])
-            found.append((float((e[i] + second * z[k]).real), float(second.real)))
-        return found
+    def _seeing(self, row: int) -> FloatArray:
+        """Weights (sections, 2) of both states of every section in a signal."""
+        e, z = self.signals[row], self.poles
+        second = [(e[i] - e[k]) / (z[i] - z[k]) for i, k in self.pairs]
+        found = [((e[i] + x * z[k]).real, x.real) for (i, k), x in zip(self.pairs, second, strict=True)]
+        return np.array(found, dtype=np.float64).reshape(-1, 2)

@@ -28,20 +28,21 @@ def bent(law: Form, weight: float) -> Effect:
     return replace(effect, ports=replace(effect.ports, direct=np.array([0.1 * weight, 0.3])))
 
 
-def fit_to(effects: tuple[Effect, ...], noise: FloatArray | float = 0.0) -> JointFit:
+def fit_to(effects: tuple[Effect, ...], noise: FloatArray | float = 0.0, steps: int = 1) -> JointFit:
     """At its own values, on a record of them."""
     response, values = response_with(effects, SAMPLES)
+    response = replace(response, steps=steps)
     y = response.simulate(values, command(SAMPLES, 1)).y + noise
     response = replace(response, records=[record(y, 1)])
     return JointFit(response, evaluate(response, response.coordinates(values)))
 
 
 @pytest.mark.parametrize("law", [LIMIT, GAP], ids=["beyond", "within"])
-@pytest.mark.parametrize("weight", [1e-5, -1e-5])
-def test_either_side_is_the_same_motion(law: Form, weight: float) -> None:
+@pytest.mark.parametrize(("weight", "steps"), [(1e-5, 1), (-1e-5, 1), (1e-5, 4)])
+def test_either_side_is_the_same_motion(law: Form, weight: float, steps: int) -> None:
     """With an observer beside it, whose gains enter through the poles of the other side."""
     gain = Ports(np.zeros(0), np.array([[0.1], [-0.05]]), np.array([0.0, 0.5]), np.zeros(0), np.zeros((2, 1)))
-    fit = fit_to((Effect(OBSERVER, np.empty(0), gain), bent(law, weight)))
+    fit = fit_to((Effect(OBSERVER, np.empty(0), gain), bent(law, weight)), steps=steps)
     other = from_other_side(fit, 1)
     assert other is not None
     assert {fit.labels, other.labels} == {("other",), ("backlash",)}
