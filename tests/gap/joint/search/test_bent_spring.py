@@ -54,7 +54,7 @@ def test_either_side_is_the_same_motion(law: Form, weight: float, steps: int) ->
     np.testing.assert_allclose(
         runs[1].signals[1], runs[0].signals[1], atol=1e-8 * np.abs(runs[0].signals).max()
     )
-    assert np.mean(np.abs(runs[0].signals[1]) > BEND) > 0.2
+    assert np.abs(runs[0].signals[1]).max() > 1.5 * BEND
 
 
 def test_a_bend_is_a_gap_where_the_axis_is_stiffer_beyond() -> None:
