@@ -338,14 +338,17 @@ def _contenders(
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     trials = one_more(fit)
-    settled = _settled(fit, trials, say)
+    settled = [as_seen(one) for one in _settled(fit, trials, say)]
     paths = []
     for one in settled:
         path = replace(begun, fit=finer(one)).reread()
         seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
         known = len(settled) > 1 and path.fit is one and seen is one
         paths.append((path.gained, replace(path, fit=seen, settled=known)))
-    paths = sorted((p for p in paths if p[1].gained > 0), key=lambda p: -p[1].gained)
+    # Laws that were exchanged on the way may have become one.
+    gaining = sorted((p for p in paths if p[1].gained > 0), key=lambda p: p[1].gained)
+    best = {path.begun_with: (gained, path) for gained, path in gaining}
+    paths = sorted(best.values(), key=lambda p: -p[1].gained)
     most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
     simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
     contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
@@ -353,7 +356,8 @@ def _contenders(
         # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
         contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
-    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
+    every = (*trials, *settled, *same)
+    return contenders, {t.labels[-1]: t for t in sorted(every, key=lambda t: t.score)}
 
 
 def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:

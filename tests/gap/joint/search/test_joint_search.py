@@ -168,6 +168,7 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
     trials = [trial(leader, 96.0), trial("rate_limit", 34.0), trial("gain_drift", 30.0)]
     monkeypatch.setattr(joint_search, "one_more", lambda _: trials)
     monkeypatch.setattr(joint_search, "_settled", lambda *_: trials)
+    monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
     monkeypatch.setattr(joint_search, "finer", lambda one: one)
     monkeypatch.setattr(joint_search, "corrected", lambda one, _: one)
     contenders, _ = joint_search._contenders(begun, joint_search.silent)
