@@ -36,7 +36,6 @@ from bayes_hw.gap.joint.fit.structure_moves import widened
 from bayes_hw.gap.joint.fit.unreached_limits import unknown_reach
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import search_given
-from bayes_hw.gap.joint.given.rounded_readings import readings_of
 from bayes_hw.gap.joint.posterior.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
 from bayes_hw.gap.joint.posterior.joint_closure import (
@@ -52,6 +51,7 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
 from bayes_hw.gap.joint.posterior.joint_posterior import INFLATION, JointPosterior, averaged, laplace
 from bayes_hw.gap.joint.posterior.reported_quantities import dominant_sections, sections_of_modes
 from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause, samples_of_variance
+from bayes_hw.gap.joint.residuals.rounded_readings import readings_of
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, search
@@ -76,6 +76,9 @@ OWN_MODEL = (
 
 MOST_SAMPLES = 40_000
 """Of all records together that a search sees: of longer ones each record's beginning, in proportion."""
+
+OF_SEARCH = 0.9
+"""Of the time, that the search from records alone may take: the rest is for the numbers of what it found."""
 
 OF_ROUNDED = 3.0
 """Factor on standard deviations where readings are rounded, held or late, so that errors are not independent,
@@ -175,13 +178,14 @@ def diagnose_records(
     with one_blas_thread(), crew(jobs), np.errstate(all="ignore"):
         if model is None:
             with at_most(within_s):
-                found = search(records, progress.say)
-            decision = decide_jointly(found)
-            fit = explaining(found, decision)
-            wider = widened(fit)
-            if samples > MOST_SAMPLES:
-                found, records = on_whole_records(found, whole), whole
-                wider = fitted_to(wider, whole, found.base.response.weights)
+                with at_most(OF_SEARCH * within_s):
+                    found = search(records, progress.say)
+                decision = decide_jointly(found)
+                fit = explaining(found, decision)
+                wider = widened(fit)
+                if samples > MOST_SAMPLES:
+                    found, records = on_whole_records(found, whole), whole
+                    wider = fitted_to(wider, whole, found.base.response.weights)
             sections = sections_of_modes(fit, dominant_sections(fit), wider)
             poorly = poorly_described(decision) or fit.observer is not None
             inflation = OF_ROUNDED if poorly else INFLATION

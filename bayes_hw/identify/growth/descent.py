@@ -144,11 +144,14 @@ def _fresh_noise(
     return Whitener.of_residuals(residuals, most)
 
 
+def prior_precision(response: Response, coordinates: FloatArray) -> FloatArray:
+    """Inverse variances (size,) of the coordinates' priors; zero where nothing is known."""
+    return response.prior_precision() if _has_prior(response) else np.zeros(len(coordinates))
+
+
 def log_prior(response: Response, coordinates: FloatArray) -> float:
     """Up to its constant; zero without one."""
-    if not _has_prior(response):
-        return 0.0
-    return -0.5 * float(np.sum(response.prior_precision() * coordinates**2))
+    return -0.5 * float(np.sum(prior_precision(response, coordinates) * coordinates**2))
 
 
 def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
@@ -222,6 +225,8 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
     by 4 on failure.
     """
+    if time_is_up():
+        return start
     point, damping, accepted, fresh, converged, stuck = start, FIRST_DAMPING, 0, False, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)

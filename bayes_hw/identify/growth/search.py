@@ -29,6 +29,7 @@ from bayes_hw.identify.growth.lowered import clipped, commands
 from bayes_hw.identify.growth.score_test import Candidate, best_candidates
 from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.record import Record
+from bayes_hw.time_budget import time_is_up
 
 SHARES = np.linspace(0.15, 0.95, 9)
 """Of the outermost place of a limit: where it is begun."""
@@ -223,7 +224,7 @@ def grow(
     progress: Callable[[int], None] | None = None,
     least_order: int = LEAST_ORDER,
 ) -> dict[int, Grown]:
-    """The best cascade of every order from that of `start` on, as far as the criterion asks.
+    """The best cascade of every order from that of `start` on, as far as the criterion asks and time allows.
 
     The noise is of the orders that `start` allows while the cascade grows, of any order where it is judged.
     """
@@ -231,7 +232,7 @@ def grow(
     pool = {start.structure.order: start}
     judged: dict[int, Grown] = {}
     order = start.structure.order
-    while order < largest_order:
+    while order < largest_order and not time_is_up():
         if progress is not None:
             progress(order)
         current = pool[order]

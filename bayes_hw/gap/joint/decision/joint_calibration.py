@@ -21,7 +21,7 @@ class JointCalibration:
     never exact, so that nats count for less than they say); `floor` is the least doubt of an effect named
     alone, `pair_floor` of one of two, `other_floor` of `other`, since the search can have missed a cause, and
     `coloured_floor` of any effect where the noise that is left is of higher order than one and so hides
-    something;
+    something, `cut_short_floor` where the search had no time left to look for others;
     `none_doubt` that of no gap where nothing is found; `other_unseen` the chance that there is something
     without a name though nothing says so, and `other_coloured` the same where the noise that is left is of
     higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
@@ -44,6 +44,7 @@ class JointCalibration:
     pair_floor: float
     other_floor: float
     coloured_floor: float
+    cut_short_floor: float
     none_doubt: float
     other_unseen: float
     other_coloured: float

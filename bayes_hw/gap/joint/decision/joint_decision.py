@@ -31,6 +31,7 @@ class JointEvidence:
     labels: tuple[str, ...]
     remainder: Remainder
     followed: tuple[str, ...] = ()
+    cut_short: bool = False
 
     @classmethod
     def of(cls, found: JointAnswer) -> JointEvidence:
@@ -43,6 +44,7 @@ class JointEvidence:
             found.fit.labels,
             found.remainder,
             found.followed,
+            found.cut_short,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -60,6 +62,7 @@ class JointEvidence:
             tuple(content["labels"]),
             Remainder(**content["remainder"]),
             tuple(content.get("followed", ())),
+            bool(content.get("cut_short", False)),
         )
 
 
@@ -157,9 +160,13 @@ def _probabilities(
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
-    coloured = max(floor, calibration.coloured_floor) if found.remainder.order > 1 else floor
+    of_effects = max(
+        floor,
+        calibration.coloured_floor if found.remainder.order > 1 else 0.0,
+        calibration.cut_short_floor if found.cut_short else 0.0,
+    )
     certain = {
-        label: calibration.sure(nats, coloured if label in found.nats else floor)
+        label: calibration.sure(nats, of_effects if label in found.nats else floor)
         for label, nats in evidence.items()
     }
     doubts = [1 - p for p in certain.values()]

@@ -7,6 +7,7 @@ import numpy as np
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
+from bayes_hw.time_budget import time_is_up
 
 REGROWTHS = 4
 SLACK_NATS = 0.5
@@ -24,6 +25,8 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
     best = fit = fit.descended()
     failures = 0
     for _ in range(steps):
+        if time_is_up():
+            break
         trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.score)[:2]
         fit = highest(raced(trials))
         if fit.score > best.score:
@@ -37,7 +40,7 @@ def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
 
 def pruned(fit: JointFit) -> JointFit:
     """Effects, an observer, sections and poles taken out while the score improves."""
-    while True:
+    while not time_is_up():
         trials: list[JointFit] = []
         if len(fit.labels) > 1:
             trials += [fit.without(label) for label in fit.labels]
@@ -52,6 +55,7 @@ def pruned(fit: JointFit) -> JointFit:
         if best.score <= fit.score:
             return fit
         fit = best
+    return fit
 
 
 def delayed(fit: JointFit) -> JointFit:
@@ -72,6 +76,8 @@ def widened(fit: JointFit, steps: int = 2) -> JointFit:
     it in, they are as uncertain as they are. Sections keep their order, further ones come last.
     """
     for _ in range(steps):
+        if time_is_up():
+            break
         trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.log_likelihood)[:2]
         best = max(descended_each(trials), key=_akaike, default=fit)
         if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:

@@ -18,6 +18,9 @@ from bayes_hw.record import Record
 
 LOWER, UPPER = "saturation.lower", "saturation.upper"
 HALF_NORMAL_MEDIAN = 0.6745
+FEW, FEW_STEPS, MOST_NATS = 0.05, 10, 500.0
+"""Share of the samples; steps of the fit without a limit; nats that an exponential is taken of."""
+
 TOUCHING = 1e-6
 """Relative distance from the outermost limit that a descent may take, within which it stands there."""
 
@@ -32,15 +35,41 @@ def unreached_limits(
     fit: JointFit, base: Mapping[str, Sequence[float]], rng: np.random.Generator
 ) -> dict[str, list[float]]:
     """Draws of limits that stand at the largest commands: beyond, as their prior where posteriors are
-    sampled says (a half normal of its logarithm)."""
-    cascade = fit.values.cascade
+    sampled says (a half normal of its logarithm); of those that few commands reach, so many of the draws as
+    is likely that none does."""
+    outermost = dict(zip((LOWER, UPPER), outermost_limits(fit.response.records), strict=True))
+    standing = standing_outermost(fit)
     found: dict[str, list[float]] = {}
-    for name in standing_outermost(fit):
-        if name in base:
-            limit = cascade.lower if name == LOWER else cascade.upper
-            beyond = np.exp(LIMIT_LOG_SD * np.abs(rng.standard_normal(len(base[name]))))
-            found[name] = (limit * beyond).tolist()
+    for name in (LOWER, UPPER):
+        if name not in base or not (name in standing or is_hardly_reached(fit, name)):
+            continue
+        beyond = outermost[name] * np.exp(LIMIT_LOG_SD * np.abs(rng.standard_normal(len(base[name]))))
+        if name not in standing:
+            none = rng.uniform(size=len(beyond)) < chance_of_none(fit, name)
+            beyond = np.where(none, beyond, base[name])
+        found[name] = beyond.tolist()
     return found
+
+
+def is_hardly_reached(fit: JointFit, name: str) -> bool:
+    """Whether so few commands go beyond a limit that they may be none of its doing."""
+    cascade, beyond, samples = fit.values.cascade, 0, 0
+    for record in fit.response.records:
+        past = record.u < cascade.lower if name == LOWER else record.u > cascade.upper
+        beyond, samples = beyond + int(past.sum()), samples + len(past)
+    return beyond < FEW * samples
+
+
+def chance_of_none(fit: JointFit, name: str) -> float:
+    """That a limit is beyond all commands: by the score of the fit without it, which has a number less."""
+    cascade = fit.values.cascade
+    if name == LOWER:
+        without, free = replace(fit.structure, lower=False), replace(cascade, lower=-np.inf)
+    else:
+        without, free = replace(fit.structure, upper=False), replace(cascade, upper=np.inf)
+    values = JointValues(free, fit.values.effects)
+    lead = fit.score - fit.moved(without, values, fit.point.whitener).descended(FEW_STEPS).score
+    return float(1 / (1 + np.exp(np.clip(lead, -MOST_NATS, MOST_NATS))))
 
 
 def beyond_records(

@@ -8,7 +8,7 @@ score is then that of any explanation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
@@ -19,10 +19,9 @@ from scipy import linalg
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, LABEL_PRICE_NATS
 from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients, whitened_columns
 from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, first_order_noise
-from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import descend, evaluate
-from bayes_hw.identify.holes import mask_of
 
 KNOTS = (12, 24, 48)
 HARD_SHARES = np.geomspace(0.004, 0.1, 150)
@@ -33,8 +32,6 @@ LIMIT_NUMBERS = 3
 
 ROUNDS, SLIDING_ROUNDS, PATIENCE = 2, 24, 8
 """Rounds of an error's numbers and the base in turn, and those without a gain that are waited for."""
-
-RIDGE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +52,7 @@ class ShapedFit(GivenFit):
         """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual, less what the
         function explains of them, and the prior."""
         whitener, size = self.point.whitener, self.response.size
-        joined = np.concatenate(list(_whitened(self, self.splines, whitener)), axis=1)
+        joined = np.concatenate(list(whitened_columns(self, self.splines, whitener)), axis=1)
         factor = linalg.qr(joined.T, mode="r", check_finite=False)[0]
         columns = len(self.splines[0])
         factor = factor[columns : columns + size + 1, columns:]
@@ -145,37 +142,3 @@ def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> Sh
         if len(found) > PATIENCE and fit.score < max(one.score for one in found[:-PATIENCE]):
             break
     return max(found[1:] or found, key=lambda one: one.score)
-
-
-def best_coefficients(
-    fit: GivenFit, base: GivenFit, columns: Sequence[FloatArray], whitener: Whitener
-) -> FloatArray:
-    """Of columns (n, samples) of every record, by generalised least squares from the readings as they are in
-    `base` under the coordinates of `fit`, its base free beside them but for its prior."""
-    at = replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
-    joined = np.concatenate(list(_whitened(at, columns, whitener)), axis=1)
-    tangents, target = joined[:-1], joined[-1]
-    count = len(columns[0])
-    norms = np.linalg.norm(tangents, axis=1)
-    norms[norms == 0] = 1.0  # Limits that no command reaches are seen by their prior alone.
-    scaled = tangents / norms[:, None]
-    # A straight line is a gain too: which of them, the prior says; a ridge what it leaves open.
-    gram, product = scaled @ scaled.T + RIDGE * np.eye(len(scaled)), scaled @ target
-    variance = at.point.sum_of_squares / at.point.samples
-    prior = base.response.prior_precision() * variance / norms[count:] ** 2
-    gram[count:, count:] += np.diag(prior)
-    product[count:] -= prior * norms[count:] * at.point.coordinates
-    found = np.linalg.solve(gram, product) / norms
-    return np.asarray(found[:count], dtype=np.float64)
-
-
-def _whitened(fit: GivenFit, columns: Sequence[FloatArray], whitener: Whitener) -> Iterator[FloatArray]:
-    """Innovations (n + size + 1, samples measured) of columns (n, samples), derivatives and residual of every
-    record."""
-    response = fit.response
-    for i, (rows, _, measured) in enumerate(response.linearise(fit.point.coordinates, whitener.order)):
-        own = columns[i]
-        if response.weights is not None:
-            own = own / response.weights[i]
-        white = whitener.apply(np.concatenate([own, rows]), 0, mask_of(response.masks, i))
-        yield white if measured is None else white[:, measured]

@@ -18,7 +18,7 @@ from bayes_hw.gap.joint.given.given_moves import KINDS_FINISHED, as_given, best_
 from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
-from bayes_hw.gap.joint.search.joint_search import finer
+from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import time_is_up
 

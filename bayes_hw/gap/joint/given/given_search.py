@@ -33,11 +33,11 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
-from bayes_hw.gap.joint.given.rounded_readings import without_rounding
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
+from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
@@ -47,9 +47,9 @@ from bayes_hw.gap.joint.search.joint_search import (
     SEARCHED,
     STEPS_OF_A_PERIOD,
     JointAnswer,
-    finer,
     silent,
 )
+from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate

@@ -6,7 +6,7 @@ from bayes_hw.gap.joint.given.given_laws import kicked
 from bayes_hw.gap.joint.given.given_moves import as_given, best_of, explained_slowly
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.search.effect_moves import port_candidates, slow_causes
-from bayes_hw.gap.joint.search.joint_search import STRUCTURAL_NATS, finer
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer
 from bayes_hw.time_budget import time_is_up
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.stats import kurtosis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
@@ -48,8 +49,22 @@ def speeds(fit: JointFit) -> list[FloatArray]:
     return [np.gradient(fit.response.along(values, i).y) for i in range(len(fit.response.records))]
 
 
+def less_for_tails(nats: float, white: FloatArray) -> float:
+    """Nats of a variance that changes, of noise whose values (n,) divided by their deviations are `white`.
+
+    Squares of heavy-tailed noise scatter more than those of normal noise, and the ratio of likelihoods with
+    them: it is divided by one and half of the excess kurtosis (Layard, 1973, doi 10.2307/2284766).
+    """
+    tails = max(float(kurtosis(white)), 0.0) if len(white) > 3 and np.ptp(white) > 0 else 0.0
+    return nats / (1 + tails / 2)
+
+
 def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
-    """Of unweighted residuals; innovations under the fit's noise are taken: slow error tells nothing."""
+    """Of unweighted residuals; innovations under the fit's noise are taken: slow error tells nothing.
+
+    Nats are divided by what heavy tails add to the scatter of squares (`less_for_tails`): what
+    jumps now and then, and most while the axis is fast, is no error of timing.
+    """
     a = np.concatenate(innovations(fit.point, residuals))
     steps = speeds(fit)
     records = fit.response.records
@@ -74,7 +89,8 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
         ),
         key=lambda r: r.fun,
     )  # fmt: skip
-    flat = 0.5 * samples * (np.log(total) + 1)
+    gained = 0.5 * samples * (np.log(total) + 1) - found.fun
+    gained = less_for_tails(gained, a / np.sqrt(np.exp(found.x[0]) + np.exp(found.x[1]) * d))
     # Of differences: what is slow, whatever its cause, drops out; of a part of memory m their neighbours
     # correlate by -(1 - m) / 2.
     turned = [np.sign(s[1:]) * np.diff(e) for s, e in zip(steps, residuals, strict=True)]
@@ -86,7 +102,7 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray]) -> SpeedNoise:
     followed = float(np.mean(product[fast]) - np.mean(product[at_rest]))
     memory = 1.0 + 2.0 * followed / max(grown, 1e-300)
     return SpeedNoise(
-        float(flat - found.fun - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory
+        float(gained - 0.5 * np.log(samples)), float(np.sqrt(np.exp(found.x[1]) / unit)), memory
     )
 
 

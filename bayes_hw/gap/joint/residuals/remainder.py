@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import kurtosis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.command_trace import command_nats
 from bayes_hw.gap.joint.residuals.own_disturbances import refuting_nats
+from bayes_hw.gap.joint.residuals.readings import less_for_tails
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
 
@@ -19,17 +19,12 @@ LONGEST_RHYTHM = 12
 
 
 def rhythm_nats(innovations: Sequence[FloatArray]) -> float:
-    """What a variance of its own for every sample number modulo m gains, at the best m.
-
-    Squares of heavy-tailed noise scatter more than those of normal noise, and the ratio of likelihoods with
-    them: it is divided by one and half of the excess kurtosis (Layard, 1973, doi 10.2307/2284766).
-    """
+    """What a variance of its own for every sample number modulo m gains, at the best m."""
     best = -np.inf
     whole = np.concatenate(list(innovations))
-    tails = max(float(kurtosis(whole)), 0.0) if len(whole) > 3 and np.ptp(whole) > 0 else 0.0
     for m in range(2, LONGEST_RHYTHM + 1):
         best = max(best, _gained([np.concatenate([a[i::m] for a in innovations]) for i in range(m)]))
-    return best / (1 + tails / 2)
+    return less_for_tails(best, whole)
 
 
 def _gained(parts: Sequence[FloatArray]) -> float:

@@ -14,6 +14,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.identify.holes import without_holes
 from bayes_hw.record import Record
+from bayes_hw.time_budget import time_is_up
 
 PADDED = 4
 """Points of the scan per resolvable frequency."""
@@ -40,10 +41,12 @@ class Tone:
 
 
 def tone_in(fit: JointFit) -> Tone | None:
-    """The line whose removal helps `fit` most; None where none stands out.
+    """The line whose removal helps `fit` most; None where none stands out, or where time is up.
 
     Its phase and amplitude are free in every record, so that no clock need be shared.
     """
+    if time_is_up():
+        return None
     rate = fit.response.scale.rate_hz
     found = [without_line(fit, f * rate) for f in _lines([without_holes(e) for e in fit.point.residuals])]
     return max(found, key=lambda tone: tone.without.score, default=None)

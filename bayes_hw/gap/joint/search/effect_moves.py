@@ -99,8 +99,8 @@ def beside_others(own: Sequence[Sequence[Start]]) -> list[Start]:
 
 def slow_causes(fit: AnyFit) -> list[AnyFit]:
     """The fit with noise that wind or a walking angle explains; none where it has one, or noise that is
-    white or of the first order."""
-    if fit.noise_order <= 1:
+    white or of the first order, where the readings correct it, or where time is up."""
+    if fit.noise_order <= 1 or fit.observer is not None or time_is_up():
         return []
     causes = [cause for cause in (WIND, WALK) if cause not in fit.labels]
     return each(lambda cause: with_slow_noise(fit, cause).descended().with_noise_kept(), causes)

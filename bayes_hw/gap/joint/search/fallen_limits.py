@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.fit.structure_moves import pruned
 from bayes_hw.gap.joint.residuals.command_trace import INSTANTS, limits_that_change
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise, noise_screens
 from bayes_hw.record import Record
+from bayes_hw.time_budget import time_is_up
 
 SHARES = (0.6, 0.75, 0.85, 0.9, 0.94, 0.97, 0.985)
 """Of the limits that may be left, to begin with."""
@@ -81,7 +82,9 @@ class FallenLimits:
 
 def fallen_limits(fit: JointFit, asked: float) -> FallenLimits | None:
     """The fall that helps `fit` most, of those that score tests promise; None where they promise none that
-    may be worth the nats that are `asked`."""
+    may be worth the nats that are `asked`, or where time is up."""
+    if time_is_up():
+        return None
     begun = []
     for screen in noise_screens(fit):
         promised, instants = limits_that_change(fit, screen)

@@ -10,45 +10,32 @@ import numpy as np
 from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
-from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
-from bayes_hw.gap.joint.fit.structure_moves import (
-    SLACK_NATS,
-    delayed,
-    larger_cascades,
-    pruned,
-)
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
+from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned, regrown
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
+from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
-from bayes_hw.gap.joint.search.effect_moves import (
-    FIRST_STEPS,
-    effect_candidates,
-    port_candidates,
-    slow_causes,
-)
+from bayes_hw.gap.joint.search.bent_spring import as_it_bends
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
-from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.gap.joint.search.observer import observed, observed_alone
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
-STRUCTURAL_NATS = 5.0
-"""A port or a section that gains as much is taken before another effect is looked for."""
-
 MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
 """Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
 and the order of G above which it is pruned first."""
-
-MOST_RACED = 3
-"""Ports, forms, poles and sections that are raced against each other, begun under either noise."""
 
 HALFWAY = 0.5
 """Share of what verification asks of a label that it must gain at first where others stand."""
@@ -60,6 +47,9 @@ STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
 MOST_EFFECTS, MOST_STEPS = 3, 10
+GROWN = 0.5
+"""Of the time left, that the cascade without effects may take."""
+
 SEARCHED = 0.6
 """Of the time left, that looking further may take: the rest is for verification."""
 
@@ -119,7 +109,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 
 def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
     """`search` of records, which are `whole` but for samples that are left out."""
-    base, readings = _begun(records, told)
+    with at_most(GROWN * seconds_left()):
+        base, readings = _begun(records, told)
     base, known = with_known_inputs(base)
     for one in known:
         told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
@@ -167,6 +158,11 @@ def _explained(
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = FollowedPath(base, base, readings)
     contenders, alone = _contenders(begun, told)
+    if (followed := followed_by_readings(base, contenders)) is not base:
+        told(f"{log_evidence(followed.score - base.score)}: {described(followed)}")
+        beside, further = _contenders(replace(begun, fit=followed), told)
+        contenders = [*beside, *contenders][:MOST_CONTENDERS]
+        alone |= {label: one for label, one in further.items() if one.score > alone.get(label, base).score}
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
@@ -176,8 +172,8 @@ def _explained(
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
-    ended = [replace(path, fit=named_by_sight(path.fit)) for path in ended]
-    if len(ended) > 1:
+    ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
+    if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
         ended = _with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
@@ -202,6 +198,7 @@ def _explained(
         rivals |= {label: end.gained for label, end in ends.items()}
     last = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
+    cut_short = cut_short or time_is_up()
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short)
 
 
@@ -209,13 +206,18 @@ def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], No
     """Of every label the best that it or an exchange of another one's law reaches."""
     found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
     for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in (named_by_sight(one) for one in fits if not is_hidden_friction(one)):
+        for fit in (as_seen(one) for one in fits if not is_hidden_friction(one)):
             other = replace(path, fit=fit)
             present = found.get(other.begun_with)
             if other.gained > (0.0 if present is None else present.gained):
                 told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
                 found[other.begun_with] = other
     return list(found.values())
+
+
+def as_seen(fit: JointFit) -> JointFit:
+    """The fit under the names of what its laws look at, and of how its spring bends."""
+    return named_by_sight(as_it_bends(fit))
 
 
 def described(fit: JointFit) -> str:
@@ -238,6 +240,9 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     if "encoder_quantization" in readings.nats and readings.step is not None:
         scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
         base = replace(base, response=replace(base.response, scale=scale))
+    if readings.rounded_first:
+        base, readings = without_rounding(base, readings)
+        base = regrown(base) if readings.taken_off else base
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
         again = read_faults(base)
@@ -246,22 +251,6 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
             base = weighted(base, readings.weights)
     say(f"without effects: {described(base)}")
     return base, readings
-
-
-def _structural(fit: JointFit) -> JointFit:
-    """The best of the present effects with other ports, another form of their law, or a larger G; where the
-    noise is of high order, which may have taken up what they explain, begun under noise of the first too,
-    and with finer steps where none of it helps."""
-    trials = port_candidates(fit) + larger_cascades(fit)
-    begun = sorted(descended_each(trials, FIRST_STEPS), key=lambda t: -t.score)[:MOST_RACED]
-    coloured = fit.noise_order > 1
-    if coloured:
-        under = each(lambda t: t.descended_under(1, FIRST_STEPS), trials)
-        begun += sorted(under, key=lambda t: -t.score)[:MOST_RACED]
-    best = highest([fit, *raced(begun, fit.score)])
-    if not coloured or best.score >= fit.score + STRUCTURAL_NATS:
-        return best
-    return finer(best)
 
 
 def corrected(fit: JointFit, without: JointFit) -> JointFit:
@@ -280,25 +269,25 @@ def in_observer_form(fit: JointFit) -> JointFit:
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
 
 
+def followed_by_readings(base: JointFit, contenders: Sequence[FollowedPath]) -> JointFit:
+    """The cascade without effects in observer form where that explains more than any label alone, and what it
+    leaves comes in jumps: of a motion that no simulation follows the readings may show the law."""
+    if base.noise_order <= 1 or time_is_up() or not jumps(base):
+        return base
+    followed = highest([base, *raced(observed_alone(base), base.score)])
+    return followed if all(followed.score > path.fit.score for path in contenders) else base
+
+
+def is_simulated(fit: JointFit) -> bool:
+    """Whether a simulation follows the motion, and leaves nothing that follows itself for long."""
+    return fit.observer is None and fit.noise_order <= 1
+
+
 def seen_through(fit: JointFit, without: JointFit) -> JointFit:
     """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
     if fit.observer is None or fit.labels == without.labels:
         return fit
     return highest([fit, *raced([fit.without_observer()], fit.score)])
-
-
-def finer(fit: JointFit) -> JointFit:
-    """With effects that act several times a sample, where the noise asks for it and that is better."""
-    return within_sample(fit) if fit.point.whitener.order > 0 else fit
-
-
-def within_sample(fit: JointFit) -> JointFit:
-    """With effects that act several times a sample, where that is better."""
-    within = any(e.is_own_law for e in fit.response.template)
-    if not within or fit.response.steps > 1:
-        return fit
-    trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
-    return trial if trial.score > fit.score + STRUCTURAL_NATS else fit
 
 
 def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], None]) -> list[JointFit]:
@@ -318,7 +307,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
             # A G that grew to stand in for the effect is in its way.
             contender = pruned(contender)
         for _ in range(MOST_STEPS):
-            larger = _structural(contender)
+            larger = structural(contender)
             if larger.score < contender.score + STRUCTURAL_NATS:
                 break
             contender = larger
@@ -351,14 +340,17 @@ def _contenders(
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     trials = one_more(fit)
-    settled = _settled(fit, trials, say)
+    settled = [as_seen(one) for one in _settled(fit, trials, say)]
     paths = []
     for one in settled:
         path = replace(begun, fit=finer(one)).reread()
         seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
         known = len(settled) > 1 and path.fit is one and seen is one
         paths.append((path.gained, replace(path, fit=seen, settled=known)))
-    paths = sorted((p for p in paths if p[1].gained > 0), key=lambda p: -p[1].gained)
+    # Laws that were exchanged on the way may have become one.
+    gaining = sorted((p for p in paths if p[1].gained > 0), key=lambda p: p[1].gained)
+    best = {path.begun_with: (gained, path) for gained, path in gaining}
+    paths = sorted(best.values(), key=lambda p: -p[1].gained)
     most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
     simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
     contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
@@ -366,7 +358,8 @@ def _contenders(
         # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
         contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
-    return contenders, {t.labels[-1]: t for t in (*trials, *settled, *same)}
+    every = (*trials, *settled, *same)
+    return contenders, {t.labels[-1]: t for t in sorted(every, key=lambda t: t.score)}
 
 
 def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
@@ -376,7 +369,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         if time_is_up():
             break
         fit = path.fit
-        best = fit if path.settled else corrected(_structural(fit), fit)
+        best = fit if path.settled else corrected(structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             further = [
                 t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)

@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
+from bayes_hw.time_budget import time_is_up
 
 EXCHANGED: tuple[Form, ...] = tuple(
     form for form in FORMS if form.is_law and not form.further and form.law not in (K.RIPPLE, K.MODULATED)
@@ -44,11 +45,19 @@ class _Begun:
 
 
 def exchanged(fit: JointFit) -> list[JointFit]:
-    """The fit with its only law exchanged for those that give nearly the same torque, each descended; none
-    where it has no law of its own, or several."""
+    """The fit with its only law exchanged for those that give nearly the same torque and look at a motion,
+    each descended; none where it has no law of its own, or several, or where time is up."""
+    if time_is_up():
+        return []
     order = min(fit.noise_order, 1)
-    begun = exchanges(fit, EXCHANGED)[:MOST_TRIED]
+    begun = [one for one in exchanges(fit, EXCHANGED) if not looks_beside_position(one)][:MOST_TRIED]
     return raced([one.descended_under(order, FIRST_STEPS) for one in begun])
+
+
+def looks_beside_position(fit: JointFit) -> bool:
+    """Whether a law of the position looks at a motion of its own: what stops an axis is where it stands."""
+    laws = [e for e in fit.values.effects if e.is_own_law and e.form.base == K.BASE_POSITION]
+    return any(e.ports is not None and e.ports.signal for e in laws)
 
 
 def exchanges(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:

@@ -17,9 +17,9 @@ from bayes_hw.gap.joint.forms.effect_form import BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
-MOSTLY, SEEN, LITTLE = 0.5, 0.2, 0.5
+TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
-least; the other one over that, at most."""
+least; what follows the acceleration over what follows the speed: more in a twist, less in a friction."""
 
 
 TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
@@ -45,7 +45,7 @@ def sees_twist(fit: JointFit, number: int) -> bool:
     if effect.ports is None or not effect.ports.signal:
         return False
     by_speed, by_acceleration = shares_of_motion(fit, number)
-    return by_acceleration > MOSTLY and by_speed < LITTLE * by_acceleration
+    return by_acceleration > max(TWISTED, LITTLE * by_speed)
 
 
 def takes_away(fit: JointFit, number: int) -> bool:

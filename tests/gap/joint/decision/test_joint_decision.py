@@ -31,6 +31,7 @@ def _decided(
         remainder=Remainder(8 if coloured else 0, coloured),
         fit=SimpleNamespace(labels=tuple(nats), score=sum(nats.values())),
         base=SimpleNamespace(score=0.0),
+        cut_short=False,
         followed=followed,
     )
     return decide_jointly(cast(JointAnswer, found))
@@ -65,6 +66,18 @@ def test_many_nats_are_nearly_sure_and_few_are_not() -> None:
     few = _decided({"friction": 30.0})
     assert few.answer == ("friction",)
     assert 0.5 < few.probability["friction"] < 0.8
+
+
+def test_a_search_cut_short_is_less_sure_of_what_it_named() -> None:
+    """Not of what the readings themselves show."""
+    quiet = Remainder(0, 0.0)
+    found = JointEvidence({"friction": 900.0}, {"outliers": 900.0}, {}, 900.0, ("friction",), quiet)
+    cut = replace(found, cut_short=True)
+    assert JointEvidence.from_dict(cut.to_dict()) == cut
+    whole, less = decide(found).probability, decide(cut).probability
+    assert less["friction"] <= 0.7 < 0.9 < whole["friction"]
+    assert less["outliers"] == whole["outliers"]
+    assert decide(cut).answer == decide(found).answer
 
 
 def test_colour_that_nothing_explains_has_no_name() -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import CASCADE, STRUCTURE, measured, scale
+from joint_axis import CASCADE, SIGMA, STRUCTURE, measured, scale
 
 from bayes_hw.gap.answer.verdict import Estimate
 from bayes_hw.gap.joint.answer.corrected_axis import CorrectedAxis
@@ -14,7 +14,11 @@ from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.finding import axis_words
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.starts import Starts
-from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
+from bayes_hw.gap.joint.fit.unreached_limits import (
+    chance_of_none,
+    is_hardly_reached,
+    standing_outermost,
+)
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior, laplace
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
@@ -99,3 +103,28 @@ def test_what_a_corrected_model_draws_is_what_was_reported(posterior: JointPoste
     upper, half_width = read.chains("saturation.upper").ravel(), read.chains("dead_zone.half_width").ravel()
     np.testing.assert_allclose(upper, posterior.base["saturation.upper"][: len(upper)])
     np.testing.assert_allclose(half_width, drawn.coordinates[: len(half_width), 2])
+
+
+def test_a_limit_that_few_commands_reach_may_be_none() -> None:
+    """Of an axis without an upper limit, fitted with one a little within its largest commands: most draws lie
+    beyond them. A limit that many commands reach stays where it is."""
+    (drawn,) = measured((), SAMPLES, (1,))
+    free = replace(CASCADE, upper=np.inf)
+    unlimited = JointResponse(replace(STRUCTURE, upper=False), (), [drawn], scale(SAMPLES))
+    noise = SIGMA * np.random.default_rng(4).standard_normal(SAMPLES)
+    y = unlimited.simulate(JointValues(free), drawn.u).y + noise
+    response = JointResponse(STRUCTURE, (), [replace(drawn, y=y)], scale(SAMPLES))
+    near = replace(CASCADE, upper=0.999 * float(drawn.u.max()))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(near))))
+    assert is_hardly_reached(fit, "saturation.upper") != is_hardly_reached(fit, "saturation.lower")
+    assert chance_of_none(fit, "saturation.upper") > 0.5
+    limits = laplace(fit, Units(), np.random.default_rng(1)).base["saturation.upper"]
+    assert np.mean(limits > drawn.u.max()) > 0.5
+    (limited,) = measured((), SAMPLES, (1,))
+    told = JointResponse(STRUCTURE, (), [limited], scale(SAMPLES))
+    assert (
+        chance_of_none(
+            JointFit(told, evaluate(told, told.coordinates(JointValues(CASCADE)))), "saturation.upper"
+        )
+        < 1e-6
+    )

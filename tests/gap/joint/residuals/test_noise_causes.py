@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from joint_axis import CASCADE, SIGMA, STRUCTURE, measured, scale
+from numpy import concatenate, cumsum
 from numpy.random import default_rng
 from scipy.signal import lfilter
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.residuals.readings import speed_noise, speeds
+from bayes_hw.gap.joint.residuals.readings import less_for_tails, speed_noise, speeds
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.descent import evaluate, innovations
 from bayes_hw.record import Record
 
 SAMPLES = 1500
@@ -38,3 +39,20 @@ def test_jitter_is_seen_beneath_a_slow_disturbance() -> None:
     assert abs(found.memory) < 0.3
     calm = fitted(windy)
     assert not speed_noise(calm, list(calm.point.residuals)).present
+
+
+def test_jumps_while_the_axis_is_fast_are_no_jitter() -> None:
+    """A wheel that slips now and then: innovations scatter more where it is fast, with heavy tails."""
+    records = measured((), SAMPLES, (1, 2))
+    moves = speeds(fitted(records))
+    rng = default_rng(8)
+    slipped = []
+    for r, d in zip(records, moves, strict=True):
+        slips = (rng.uniform(size=SAMPLES) < 0.05) & (abs(d) > 0.5 * abs(d).max())
+        slipped.append(replace(r, y=r.y + cumsum(slips * 5 * SIGMA * rng.standard_normal(SAMPLES))))
+    seen = fitted(slipped)
+    found = speed_noise(seen, list(seen.point.residuals))
+    white = concatenate(innovations(seen.point))
+    assert not found.present
+    assert less_for_tails(1.0, white) < 0.7
+    assert less_for_tails(1.0, rng.standard_normal(3000)) > 0.9

@@ -32,12 +32,14 @@ from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.gap.joint.search import joint_search
+from bayes_hw.gap.joint.search import joint_search, structural
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import search
+from bayes_hw.gap.joint.search.known_input import forms_of
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
+from bayes_hw.time_budget import at_most
 
 SAMPLES, LONG = 700, 1500
 
@@ -83,6 +85,38 @@ def test_friction_is_found_without_a_drive_train() -> None:
     assert found.score > base.score + 50
 
 
+def test_out_of_time_the_search_answers_at_once() -> None:
+    """With the axis as far as it was begun; it says so, and names nothing."""
+    with at_most(0.0):
+        found = search(measured((), SAMPLES, (1, 2)))
+    assert found.cut_short
+    assert found.fit.labels == ()
+    assert found.fit.structure.order <= 1
+
+
+def test_jumps_that_the_readings_follow_are_looked_through() -> None:
+    """Pulses of torque now and then: no simulation follows them. Noise as smooth as theirs asks for none of
+    it, nor does an axis whose label explains more."""
+    struck = torque(forms_of("strike")[0], (0.0,), 2e-3)
+    response, values = response_with((struck,), LONG)
+    rng, fits = np.random.default_rng(5), []
+    for rare in (0.01, 1.0):
+        records = []
+        for r in measured((), LONG, (1, 2)):
+            strikes = (rng.uniform(size=LONG) < rare) * rng.standard_normal(LONG) / np.sqrt(rare)
+            y = response.simulate(values, r.u, {"strike": strikes}).y
+            records.append(replace(r, y=y + 0.2 * SIGMA * rng.standard_normal(LONG)))
+        fits.append(at_the_truth(records))
+    pulses, steady = fits
+    followed = joint_search.followed_by_readings(pulses, [])
+    assert followed.observer is not None
+    assert followed.labels == ()
+    assert followed.score > pulses.score + 20
+    assert joint_search.followed_by_readings(steady, []) is steady
+    better: Any = SimpleNamespace(fit=SimpleNamespace(score=followed.score + 1))
+    assert joint_search.followed_by_readings(pulses, [better]) is pulses
+
+
 def test_no_records_are_refused() -> None:
     with pytest.raises(InputError, match="no record"):
         diagnose_records([], [], np.random.default_rng(1))
@@ -110,10 +144,10 @@ def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
     response = replace(coarse, records=records)
     fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()
     assert fit.noise_order == 0
-    assert joint_search.finer(fit) is fit
-    stepped = joint_search.within_sample(fit)
+    assert structural.finer(fit) is fit
+    stepped = structural.within_sample(fit)
     assert stepped.response.steps == 4
-    assert stepped.score > fit.score + joint_search.STRUCTURAL_NATS
+    assert stepped.score > fit.score + structural.STRUCTURAL_NATS
 
 
 @pytest.mark.parametrize(
@@ -134,6 +168,7 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
     trials = [trial(leader, 96.0), trial("rate_limit", 34.0), trial("gain_drift", 30.0)]
     monkeypatch.setattr(joint_search, "one_more", lambda _: trials)
     monkeypatch.setattr(joint_search, "_settled", lambda *_: trials)
+    monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
     monkeypatch.setattr(joint_search, "finer", lambda one: one)
     monkeypatch.setattr(joint_search, "corrected", lambda one, _: one)
     contenders, _ = joint_search._contenders(begun, joint_search.silent)

@@ -12,7 +12,8 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import Effect
-from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, takes_away
+from bayes_hw.gap.joint.search import sight
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, sees_twist, takes_away
 from bayes_hw.identify.growth.descent import evaluate
 
 HYSTERESIS = form("other", "hysteresis of the spring")
@@ -66,3 +67,18 @@ def test_a_dead_band_that_looks_at_the_speed_is_friction(swing: float) -> None:
     response = replace(response, records=[slow])
     fit = JointFit(response, evaluate(response, response.coordinates(values)))
     assert is_hidden_friction(fit) == (swing == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "acceleration", "twist"),
+    [(0.04, 0.92, True), (0.19, 0.73, True), (0.17, 0.13, True), (0.24, 0.05, False), (0.03, 0.05, False)],
+)
+def test_a_twist_follows_the_acceleration(
+    speed: float, acceleration: float, twist: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More than half as much as the speed, and not by chance: shares of gaps and of frictions."""
+    effect = some_effect(form("friction", "Coulomb, load"))
+    assert effect.ports is not None
+    fit = fit_with(replace(effect, ports=replace(effect.ports, signal=True)))
+    monkeypatch.setattr(sight, "shares_of_motion", lambda *_: (speed, acceleration))
+    assert sees_twist(fit, 0) == twist

@@ -9,13 +9,14 @@ import pytest
 from joint_axis import SIGMA, command, form, measured, model, record, response_with
 
 from bayes_hw.gap.joint.given import given_search
-from bayes_hw.gap.joint.given.free_shape import best_coefficients
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import LIMITS
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted
-from bayes_hw.gap.joint.given.rounded_readings import readings_of, without_rounding
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
 from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.residuals.rounded_readings import readings_of, without_rounding
+from bayes_hw.gap.joint.search import joint_search
 from bayes_hw.record import Record
 
 SAMPLES, STEP, OFF = 1500, 3.2 * SIGMA, 0.3
@@ -93,3 +94,11 @@ def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
     assert explained.point.rms < 1.15 * SIGMA
     assert whole is under
     assert under.response.records is explained.response.records
+
+
+def test_without_a_model_the_search_begins_on_what_was_not_rounded() -> None:
+    base, faults = joint_search._begun(rounded((1,)), joint_search.silent)
+    assert faults.taken_off
+    assert faults.step == pytest.approx(STEP, rel=0.01)
+    assert base.noise_order <= 1
+    assert base.point.rms < 1.15 * SIGMA

@@ -15,8 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, LABEL_PRICE_NATS, AnyFit
-from bayes_hw.gap.joint.given.free_shape import best_coefficients
-from bayes_hw.gap.joint.given.given_response import GivenFit
+from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
 from bayes_hw.gap.joint.residuals.readings import Readings, read_faults
 from bayes_hw.identify.growth.descent import descend, evaluate
 from bayes_hw.record import Record
@@ -25,7 +24,7 @@ HARMONICS, ROUNDS = 3, 3
 ROUNDING = "encoder_quantization"
 
 
-def without_rounding(fit: GivenFit, readings: Readings) -> tuple[GivenFit, Readings]:
+def without_rounding(fit: AnyFit, readings: Readings) -> tuple[AnyFit, Readings]:
     """`fit` on readings without what rounding to about `readings.step` adds to them, descended, and the
     faults with the nats of that over an offset alone; both as they were where it explains no more."""
     assert readings.step is not None
@@ -46,7 +45,7 @@ def readings_of(records: Sequence[Record], fit: AnyFit) -> AnyFit:
     return fit.under(replace(fit.response, records=tuple(replace(one, y=r.y) for r, one in whole)))
 
 
-def _taken_off(fit: GivenFit, step: float, harmonics: int) -> tuple[GivenFit, float]:
+def _taken_off(fit: AnyFit, step: float, harmonics: int) -> tuple[AnyFit, float]:
     as_read = fit.response
     for _ in range(ROUNDS):
         columns = _columns(fit, step, harmonics)
@@ -59,7 +58,7 @@ def _taken_off(fit: GivenFit, step: float, harmonics: int) -> tuple[GivenFit, fl
     return fit, step
 
 
-def _columns(fit: GivenFit, step: float, harmonics: int) -> list[FloatArray]:
+def _columns(fit: AnyFit, step: float, harmonics: int) -> list[FloatArray]:
     """One and the waves (1 + 2 harmonics, samples) of every record at the angles that `fit` simulates."""
     values = fit.values
     found = []
