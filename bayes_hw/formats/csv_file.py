@@ -136,6 +136,8 @@ def _read(
     path: Path, layout: Layout, positions: Mapping[str, int], most_rows: int, text: Collection[str]
 ) -> tuple[dict[str, Column], dict[str, str]]:
     """The columns, and the units that stand behind the numbers in their cells."""
+    if not positions:
+        return {}, {}
     if layout.decimal == "." and not _has_stamps(path, layout, positions):
         numbers = _load_numbers(path, layout, list(positions.values()), most_rows)
         if numbers is not None and not np.isinf(numbers).any():

@@ -142,11 +142,11 @@ def test_columns_of_the_records_enter_at_their_doors(tmp_path: Path, u: FloatArr
     held = axis.motion(model, u, np.zeros((0, 11)), forces)
     np.testing.assert_allclose(full[0], held, atol=1e-12)
     assert np.std(held - axis.motion(model, u, np.zeros((0, 11)))) > 0.01
-    plain = record("a", u, held)
+    plain, apart = record("a", u, held), record("b", 0.5 * u, 0.5 * held)
     with pytest.raises(InputError, match=r"takes 'gust', which was not read; give --known 'gust'"):
-        SimulatorCase.of_records(axis.linear, [plain], [plain])
-    one = replace(plain, known={"gust": gust, "motor_torque": torque})
-    np.testing.assert_array_equal(SimulatorCase.of_records(axis, [one], [one]).inputs[0], given)
+        SimulatorCase.of_records(axis.linear, [plain], [apart])
+    one, other = (replace(each, known={"gust": gust, "motor_torque": torque}) for each in (plain, apart))
+    np.testing.assert_array_equal(SimulatorCase.of_records(axis, [one], [other]).inputs[0], given)
 
 
 def test_effects_within_a_drive_train_find_their_doors(axis: MjcfAxis, u: FloatArray) -> None:

@@ -97,7 +97,7 @@ def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
 
 
 def test_without_a_model_the_search_begins_on_what_was_not_rounded() -> None:
-    base, faults = joint_search._begun(rounded((1,)), joint_search.silent)
+    base, faults = joint_search._begun(rounded((1, 2)), joint_search.silent)
     assert faults.taken_off
     assert faults.step == pytest.approx(STEP, rel=0.01)
     assert base.noise_order <= 1
