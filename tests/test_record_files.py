@@ -280,6 +280,12 @@ def test_random_bytes_are_refused(tmp_path, content, suffix):
     refusal(path)
 
 
+def test_a_name_alone_is_no_log(tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_text("t")
+    refusal(path)
+
+
 @files_from_hypothesis
 @given(
     steps=st.lists(st.floats(1e-6, 100) | st.just(0.05), min_size=31, max_size=60),
