@@ -24,7 +24,7 @@ from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.law_exchange import exchanged
-from bayes_hw.gap.joint.search.observer import observed, observed_alone
+from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
@@ -158,11 +158,6 @@ def _explained(
     the best one is followed to its end as well: which of them is better may show only there."""
     begun = FollowedPath(base, base, readings)
     contenders, alone = _contenders(begun, told)
-    if (followed := followed_by_readings(base, contenders)) is not base:
-        told(f"{log_evidence(followed.score - base.score)}: {described(followed)}")
-        beside, further = _contenders(replace(begun, fit=followed), told)
-        contenders = [*beside, *contenders][:MOST_CONTENDERS]
-        alone |= {label: one for label, one in further.items() if one.score > alone.get(label, base).score}
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
@@ -267,15 +262,6 @@ def in_observer_form(fit: JointFit) -> JointFit:
         return fit
     best = highest([fit, *raced(observed(fit), fit.score)])
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
-
-
-def followed_by_readings(base: JointFit, contenders: Sequence[FollowedPath]) -> JointFit:
-    """The cascade without effects in observer form where that explains more than any label alone, and what it
-    leaves comes in jumps: of a motion that no simulation follows the readings may show the law."""
-    if base.noise_order <= 1 or time_is_up() or not jumps(base):
-        return base
-    followed = highest([base, *raced(observed_alone(base), base.score)])
-    return followed if all(followed.score > path.fit.score for path in contenders) else base
 
 
 def is_simulated(fit: JointFit) -> bool:

@@ -66,25 +66,9 @@ def observed(fit: JointFit) -> list[JointFit]:
     torques = np.concatenate([run.torques for run in runs], axis=1)[np.array(own)]
     sizes = np.sqrt(np.mean(torques**2, axis=1))
     entering = np.stack([np.concatenate([e.ports.real, e.ports.sections.T.ravel()]) for e in laws], axis=1)  # type: ignore[union-attr]
-    return _best_gains(fit, sizes * entering)
-
-
-def observed_alone(fit: JointFit) -> list[JointFit]:
-    """The same of a fit without any law, what disturbs it entering as the command does."""
-    values = fit.values
-    if not fit.structure.real_poles + fit.structure.sections:
-        return []
-    runs = [fit.response.along(values, number) for number in range(len(fit.response.records))]
-    size = float(np.sqrt(np.mean(np.concatenate([run.v for run in runs]) ** 2)))
-    entering = np.concatenate([values.cascade.real[1], values.cascade.sections[2:4].T.ravel()])
-    return _best_gains(fit, size * entering[:, None])
-
-
-def _best_gains(fit: JointFit, torques: FloatArray) -> list[JointFit]:
-    """The fit with the best of the gains that shares of white `torques` (states, n) ask for."""
     found = []
     for share in SHARES:
-        gain = kalman_gain(fit.values.cascade, share * torques, innovation_sigma(fit))
+        gain = kalman_gain(values.cascade, share * sizes * entering, innovation_sigma(fit))
         if gain is not None:
             found.append(_with_gain(fit, gain))
     return sorted(found, key=lambda fit: -fit.score)[:GAINS_TRIED]

@@ -36,7 +36,6 @@ from bayes_hw.gap.joint.search import joint_search, structural
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import search
-from bayes_hw.gap.joint.search.known_input import forms_of
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most
@@ -92,29 +91,6 @@ def test_out_of_time_the_search_answers_at_once() -> None:
     assert found.cut_short
     assert found.fit.labels == ()
     assert found.fit.structure.order <= 1
-
-
-def test_jumps_that_the_readings_follow_are_looked_through() -> None:
-    """Pulses of torque now and then: no simulation follows them. Noise as smooth as theirs asks for none of
-    it, nor does an axis whose label explains more."""
-    struck = torque(forms_of("strike")[0], (0.0,), 2e-3)
-    response, values = response_with((struck,), LONG)
-    rng, fits = np.random.default_rng(5), []
-    for rare in (0.01, 1.0):
-        records = []
-        for r in measured((), LONG, (1, 2)):
-            strikes = (rng.uniform(size=LONG) < rare) * rng.standard_normal(LONG) / np.sqrt(rare)
-            y = response.simulate(values, r.u, {"strike": strikes}).y
-            records.append(replace(r, y=y + 0.2 * SIGMA * rng.standard_normal(LONG)))
-        fits.append(at_the_truth(records))
-    pulses, steady = fits
-    followed = joint_search.followed_by_readings(pulses, [])
-    assert followed.observer is not None
-    assert followed.labels == ()
-    assert followed.score > pulses.score + 20
-    assert joint_search.followed_by_readings(steady, []) is steady
-    better: Any = SimpleNamespace(fit=SimpleNamespace(score=followed.score + 1))
-    assert joint_search.followed_by_readings(pulses, [better]) is pulses
 
 
 def test_no_records_are_refused() -> None:
