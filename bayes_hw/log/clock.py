@@ -117,10 +117,9 @@ def _from_numbers(values: Column, name: str, unit: str | None) -> Stamps:
     if len(finite) == 0:
         raise StampError(0, "there is no time stamp")
     stated = (unit or "").strip().lower()
-    size, step = (
-        abs(float(np.median(finite))),
-        float(np.median(np.abs(np.diff(finite[:10_000])))) if len(finite) > 1 else 0.0,
-    )
+    size = abs(float(np.quantile(finite, 0.5, method="lower")))
+    gaps = np.abs(np.diff(finite[:10_000]))
+    step = float(np.quantile(gaps, 0.5, method="lower")) if len(gaps) else 0.0
     label = name.casefold()
     if stated in (
         "",
