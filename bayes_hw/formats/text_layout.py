@@ -135,7 +135,10 @@ def find_layout(path: Path) -> Layout:
 def _decoded(path: Path, head: bytes, whole: bool) -> tuple[str, str]:
     for mark, encoding in _MARKS:
         if head.startswith(mark):
-            return encoding, head.decode(encoding, "strict" if whole else "ignore")
+            try:
+                return encoding, head.decode(encoding, "strict" if whole else "ignore")
+            except UnicodeDecodeError:
+                raise InputError(f"{path}: ends within a letter of {encoding}; save it as UTF-8") from None
     if b"\0" in head:
         raise InputError(f"{path}: is not text; save it as CSV in UTF-8")
     try:

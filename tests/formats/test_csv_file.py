@@ -60,6 +60,13 @@ def test_every_finite_table_is_read_back_exactly(
         assert table.place(index) == f"row {2 + index * (1 + blank_lines)}"
 
 
+def test_a_letter_cut_in_two_is_refused(tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_bytes(b"\xfe\xff\x00\x00\x00")
+    with pytest.raises(InputError, match="ends within a letter"):
+        read(path)
+
+
 @files_from_hypothesis
 @given(content=st.binary(max_size=300))
 def test_random_bytes_are_a_table_or_refused(tmp_path, content):
