@@ -121,7 +121,6 @@ def infer(
     is kept there block by block.
     """
     begin = time.perf_counter()
-    records = told_by(model, records, start)
     settings = settings or SamplerSettings()
     progress = progress or Progress(quiet=True)
     start_rng, sampler_rng = rng.spawn(2)
@@ -129,6 +128,7 @@ def infer(
         model, records, start_rng, free=free, start=start, noise=noise, progress=progress
     )
     axis, origin = found.axis, found.start
+    records = told_by(model, records, start)
     long = noise != "student-t" and are_long(records) and not model.known
     checkpoint = None
     if checkpoint_folder is not None:
