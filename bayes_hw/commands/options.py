@@ -168,7 +168,9 @@ def positive_seconds(text: str) -> float:
 def add_drive(parser: argparse.ArgumentParser) -> None:
     """--inertia and --rated-torque: what states torques in N m and as a share."""
     group = parser.add_argument_group("the drive, as seen at the axis (torques are then stated in N m)")
-    group.add_argument("--inertia", type=float, metavar="KGM2", help="inertia of the whole axis, kg m^2")
+    group.add_argument(
+        "--inertia", type=float, metavar="KGM2", help="inertia of what turns with the encoder, kg m^2"
+    )
     group.add_argument("--rated-torque", type=float, metavar="NM", help="rated torque of the drive, N m")
 
 

@@ -29,7 +29,7 @@ PARAMETER_WORDS: Mapping[str, str] = MappingProxyType(
         "amount": "whole drift",
         "step": "step of the reading",
         "size": "size",
-        "torque": "torque, as acceleration of the whole axis",
+        "torque": "torque, as acceleration of what it acts on",
         "displacement": "angle given way under the torque",
         "held": "share of a sample's ramp that is held",
         "presliding": "angle of presliding",

@@ -30,8 +30,8 @@ REACHED = 0.995
 
 @dataclass(frozen=True)
 class Drive:
-    """What the user knows of the drive: inertia of the whole axis in kg m^2 and rated torque in N m, both as
-    seen at the axis; None where unknown."""
+    """What the user knows of the drive: inertia in kg m^2 of what turns with the encoder and rated torque in
+    N m, both as seen at the axis; None where unknown."""
 
     inertia: float | None = None
     rated_torque: float | None = None
@@ -104,8 +104,8 @@ def _torque(sized: Sized, label: str) -> list[str]:
     where = f", acting at the {side}" if label == "friction" else ""
     share = mean / max(sized.acceleration(), 1e-300)
     said = [
-        f"its torque{where}: {shown} {unit}/s^2 as an acceleration of the whole axis, motor and "
-        f"load together, seen at the encoder: {in_percent(share)} of the largest that these records show"
+        f"its torque{where}: {shown} {unit}/s^2 as an acceleration of what turns with the encoder (the load "
+        f"behind its gear, or a stiff axis as a whole): {in_percent(share)} of the largest these records show"
     ]
     degrees = DEGREES.get(unit)
     if sized.drive.inertia is not None and degrees is not None:
@@ -113,7 +113,7 @@ def _torque(sized: Sized, label: str) -> list[str]:
         rated = sized.drive.rated_torque
         of = f", {in_percent(per * mean / rated)} of the rated torque" if rated else ""
         newton = plus_minus(per * draws) if draws is not None else f"about {per * mean:.2g}"
-        said.append(f"with an inertia of {sized.drive.inertia:g} kg m^2 that is {newton} N m{of}")
+        said.append(f"with an inertia of {sized.drive.inertia:g} kg m^2 there that is {newton} N m{of}")
     return said
 
 

@@ -62,7 +62,7 @@ def laplace_given(
         for name, value in {**effect_quantities(fit, at), **added_quantities(fit, x)}.items():
             effects.setdefault(name, []).append(value)
     free_fit = unfolded(fit)
-    own_torques = {name: np.array(value) for name, value in torque_draws(free_fit, free).items()}
+    own_torques = {name: np.array(value) for name, value in torque_draws(free_fit, free, rng).items()}
     return JointPosterior(
         free_fit,
         free,

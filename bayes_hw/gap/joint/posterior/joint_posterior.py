@@ -106,7 +106,7 @@ def laplace(
         told = effect_quantities(fit, fit.values)
         effects |= {name: DRAWS * [told[name]] for name in effects if name.endswith(".displacement")}
     else:
-        effects |= torque_draws(fit, drawn)
+        effects |= torque_draws(fit, drawn, rng)
     base |= unreached_limits(fit, base, rng)
     second = np.array([second_sample(one) for one in every])
     base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()

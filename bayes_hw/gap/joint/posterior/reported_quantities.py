@@ -9,7 +9,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.posterior.torque_scale import acceleration_draws, acceleration_of_unit
+from bayes_hw.gap.joint.posterior.torque_scale import acceleration_draws
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.identify.cascade_roots import linear_block, section_poles
 from bayes_hw.identify.resonances import dominant_modes
@@ -174,17 +174,18 @@ def effect_quantities(fit: JointFit, values: JointValues) -> dict[str, float]:
     return found
 
 
-def torque_draws(fit: JointFit, drawn: FloatArray) -> dict[str, list[float]]:
-    """LABEL.torque of laws whose unit is a torque, output units/s^2 of the whole axis, for every draw."""
+def torque_draws(fit: JointFit, drawn: FloatArray, rng: np.random.Generator) -> dict[str, list[float]]:
+    """LABEL.torque of laws whose unit is a torque, as the acceleration, output units/s^2, of what turns with
+    the encoder, for every draw; without those that the records do not tell."""
     found: dict[str, list[float]] = {}
     rate, structure = fit.response.scale.rate_hz, fit.structure
+    every = [fit.response.values(x) for x in drawn]
     for number, effect in enumerate(fit.values.effects):
         if effect.form.law not in TORQUES or effect.ports is None:
             continue
-        if acceleration_of_unit(structure, fit.values, effect, rate) is None:
-            continue
-        values = [fit.response.values(x) for x in drawn]
-        found[f"{effect.form.label}.torque"] = acceleration_draws(structure, values, number, rate).tolist()
+        accelerations = acceleration_draws(structure, fit.values, every, number, rate, rng)
+        if accelerations is not None:
+            found[f"{effect.form.label}.torque"] = accelerations.tolist()
     return found
 
 
