@@ -99,13 +99,11 @@ def _torque(sized: Sized, label: str) -> list[str]:
         return []
     unit, mean = sized.unit, float(draws.mean()) if draws is not None else float(at_fit or 0.0)
     shown = plus_minus(draws) if draws is not None else f"about {mean:.2g}"
-    names = sized.posterior.fit.names
-    side = "load" if any(label in n and "load" in n for n in names) else "motor"
-    where = f", acting at the {side}" if label == "friction" else ""
     share = mean / max(sized.acceleration(), 1e-300)
     said = [
-        f"its torque{where}: {shown} {unit}/s^2 as an acceleration of what turns with the encoder (the load "
-        f"behind its gear, or a stiff axis as a whole): {in_percent(share)} of the largest these records show"
+        f"its torque: {shown} {unit}/s^2 as an acceleration of what turns with the encoder (the load behind "
+        f"its gear, or a stiff axis as a whole), {in_percent(share)} of the largest these records show; at a "
+        "motor behind the gear it would have to be far larger, by how much records alone do not tell"
     ]
     degrees = DEGREES.get(unit)
     if sized.drive.inertia is not None and degrees is not None:
