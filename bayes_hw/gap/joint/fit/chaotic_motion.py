@@ -1,4 +1,4 @@
-"""What the derivatives of a fit tell where its motion is chaotic: those of the linear cascade under it."""
+"""What the derivatives of a fit tell where its motion is chaotic: those under the torques that it found."""
 
 from __future__ import annotations
 
@@ -6,20 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 EXPLODED = 1e3
-"""Derivatives beyond those of the linear cascade by so much are those of a chaotic motion."""
+"""Derivatives beyond those under held torques by so much are those of a chaotic motion."""
 
 
-def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
-    """What draws are taken about, and its `factor`: the fit, or where its motion is chaotic and no observer
-    follows it, the cascade alone, at the same values, on records less what the effects add to the angle; its
-    coordinates are the first of the fit's. Raises FloatingPointError where derivatives overflow and no torque
-    is the reason."""
+def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray, IntArray]:
+    """What draws are taken about, its `factor`, and which of the fit's coordinates its own are (size,).
+
+    The fit itself, or where its motion is chaotic and no observer follows it, the same axis under the torques
+    that the fit's laws gave: known inputs then, whose ports stay free and whose laws' own parameters are not
+    asked for. Raises FloatingPointError where derivatives overflow and no torque is the reason.
+    """
     whole: FloatArray | None = None
     try:
         whole = fit.factor()
@@ -27,23 +31,61 @@ def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray]:
         if not has_torques(fit):
             raise
     if whole is not None and (fit.observer is not None or not has_torques(fit)):
-        return fit, whole
-    values = JointValues(fit.values.cascade)
-    plain = replace(fit.response, template=())
-    records = [
-        replace(record, y=record.y - fit.response.along(fit.values, i).y + plain.along(values, i).y)
-        for i, record in enumerate(fit.response.records)
-    ]
+        return fit, whole, np.arange(fit.response.size)
+    held, where = _under_its_torques(fit)
+    factor, count = held.factor(), held.response.size
+    if whole is not None:
+        linear = np.linalg.norm(factor[:count, :count], axis=0)
+        moved = np.abs(whole[:, where]).max(axis=0)
+        if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
+            return fit, whole, np.arange(fit.response.size)
+    return held, factor, where
+
+
+def _under_its_torques(fit: JointFit) -> tuple[JointFit, IntArray]:
+    """The fit with its laws' torques as known inputs, and which of its coordinates are left."""
+    response, values = fit.response, fit.values
+    base = response.size - sum(response.effect_sizes)
+    where, effects, at = [*range(base)], list[Effect](), base
+    for number, (effect, size) in enumerate(zip(values.effects, response.effect_sizes, strict=True)):
+        kept = range(at, at + size)
+        if effect.is_own_law and (ports := effect.ports) is not None:
+            named = Form(
+                effect.form.label,
+                "as it was",
+                "law",
+                lambda _: (),
+                lambda _: [],
+                K.KNOWN,
+                column=_column(number),
+            )
+            effects.append(Effect(named, np.empty(0), replace(ports, signal=False)))
+            own = len(effect.values)
+            kept = kept[own : own + ports.real.size + ports.sections.size + ports.direct.size]
+        else:
+            effects.append(effect)
+        where += kept
+        at += size
+    held_values = JointValues(values.cascade, tuple(effects))
+    plain, records = replace(response, template=held_values.effects), []
+    for i, record in enumerate(response.records):
+        run = response.along(values, i)
+        torques = {
+            _column(number): run.torques[values.law_row(number)]
+            for number, effect in enumerate(values.effects)
+            if effect.is_own_law
+        }
+        known = replace(record, known={**record.known, **torques})
+        w = replace(plain, records=[known]).along(held_values, 0).y
+        records.append(replace(known, y=record.y - run.y + w))
     plain = replace(plain, records=records)
-    held = JointFit(plain, evaluate(plain, plain.coordinates(values), fit.point.whitener))
-    factor, count = held.factor(), plain.size
-    if whole is None:
-        return held, factor
-    linear = np.linalg.norm(factor[:count, :count], axis=0)
-    moved = np.abs(whole[:, :count]).max(axis=0)
-    if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
-        return fit, whole
-    return held, factor
+    held = JointFit(plain, evaluate(plain, plain.coordinates(held_values), fit.point.whitener))
+    return held, np.array(where)
+
+
+def _column(number: int) -> str:
+    """Among a record's known inputs, the torque of an effect."""
+    return f"(torque {number})"
 
 
 def has_torques(fit: JointFit) -> bool:

@@ -126,7 +126,7 @@ def _farthest_by_chance(fit: JointFit, name: str) -> float:
     present = [n for n, held in ((LOWER, fit.structure.lower), (UPPER, fit.structure.upper)) if held]
     if name not in present:
         return 0.0
-    row, (about, factor) = present.index(name), drawn_about(fit)
+    row, (about, factor, _) = present.index(name), drawn_about(fit)
     size = len(factor) - 1
     variance = float(np.sum(factor[:, size] ** 2)) / about.point.samples
     norms = np.linalg.norm(factor[:size, :size], axis=0)

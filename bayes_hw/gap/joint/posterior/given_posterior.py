@@ -31,7 +31,7 @@ def laplace_given(
     fit: GivenFit, units: Units, rng: np.random.Generator, inflation: float = INFLATION
 ) -> JointPosterior:
     """Draws of likelihood times prior, standard deviations times `inflation`, told with G's sections free."""
-    about, factor = drawn_about(fit)
+    about, factor, where = drawn_about(fit)
     if about is not fit:
         inflation *= CHAOTIC
     size, given = len(factor) - 1, fit.response.given
@@ -45,8 +45,7 @@ def laplace_given(
     root = vectors / np.sqrt(values) / scale[:, None]
     centre = fit.point.coordinates
     steps = np.zeros((DRAWS, len(centre)))
-    steps[:, :size] = inflation * rng.standard_normal((DRAWS, size)) @ root.T
-    steps[:, :size][:, ~seen] = 0.0
+    steps[:, where[seen]] = (inflation * rng.standard_normal((DRAWS, size)) @ root.T)[:, seen]
     drawn = [fit.response.admissible(centre + step, centre) for step in steps]
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}

@@ -69,7 +69,7 @@ def laplace(
     records tell from none: beside readings that are rounded or held, or an effect that is not quite what its
     form says, G takes up a little as a resonance, which is none of the axis and would take the number of one
     that is."""
-    about, factor = drawn_about(fit)
+    about, factor, where = drawn_about(fit)
     chaotic = about is not fit
     if chaotic:
         inflation *= CHAOTIC
@@ -84,8 +84,8 @@ def laplace(
     variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
     scale = np.where(seen, largest * norms / np.sqrt(variance), np.inf)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(size))
-    drawn = _allowed(about, values, vectors, scale, inflation, rng)
-    drawn = np.concatenate([drawn, np.tile(fit.point.coordinates[size:], (DRAWS, 1))], axis=1)
+    drawn = np.tile(fit.point.coordinates, (DRAWS, 1))
+    drawn[:, where] = _allowed(about, values, vectors, scale, inflation, rng)
     rate = fit.response.scale.rate_hz
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
@@ -102,11 +102,8 @@ def laplace(
             effects.setdefault(name, []).append(value)
     if chaotic:
         base |= _by_whole_normal(about, sections, values, vectors, scale, inflation, rng)
-        # Torques are held while the poles move that they enter by: what follows from both is told of the fit.
-        told = effect_quantities(fit, fit.values)
-        effects |= {name: DRAWS * [told[name]] for name in effects if name.endswith(".displacement")}
-    else:
-        effects |= torque_draws(fit, drawn, rng)
+        effects = {name: values for name, values in effects.items() if np.ptp(values) > 0}
+    effects |= torque_draws(fit, drawn, rng)
     base |= unreached_limits(fit, base, rng)
     second = np.array([second_sample(one) for one in every])
     base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()

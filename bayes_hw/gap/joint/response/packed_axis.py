@@ -175,11 +175,15 @@ class PackedAxis:
                     read.append(column)
         forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
         for law, effect in n.forcing:
-            if effect.form.column != INNOVATION_COLUMN:
+            name = effect.form.column
+            if name == INNOVATION_COLUMN:
+                if shown is not None:
+                    forced[law], forced_by_lag[law] = shown
+            elif effect.values.size:
                 lag = float(effect.values[-1])
-                forced[law], forced_by_lag[law] = delayed_column(known, effect.form.column, lag, length)
-            elif shown is not None:
-                forced[law], forced_by_lag[law] = shown
+                forced[law], forced_by_lag[law] = delayed_column(known, name, lag, length)
+            else:
+                forced[law] = known[name][:length]
         delayed, delay = np.zeros(length), self.structure.delay_samples
         delayed[delay:] = u[: length - delay]
         static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])

@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit import chaotic_motion
 from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior.joint_posterior import DRAWS, averaged, laplace, nats_of
+from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, INFLATION, averaged, laplace, nats_of
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     effect_quantities,
     effect_units,
@@ -106,18 +106,25 @@ def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
     values = JointValues(cascade, (replace(rub, ports=ports),))
     response = JointResponse(replace(STRUCTURE, sections=2), values.effects, records, scale(SAMPLES))
     fit = JointFit(response, evaluate(response, response.coordinates(values)))
-    held, _ = drawn_about(fit)
+    held, _, where = drawn_about(fit)
     assert held is not fit
     np.testing.assert_allclose(held.point.residuals[0], fit.point.residuals[0], atol=1e-12)
-    drawn = laplace(fit, Units(), np.random.default_rng(1)).coordinates
-    size = held.response.size
-    np.testing.assert_array_equal(drawn[:, size:], np.tile(fit.point.coordinates[size:], (DRAWS, 1)))
-    assert np.ptp(drawn[:, :8], axis=0).min() > 0
-    errors = np.array([held.response.residuals(x[:size])[0] for x in drawn])
-    assert np.sqrt(np.mean(errors**2, axis=1)).max() < 1.3 * SIGMA
+    np.testing.assert_array_equal(held.point.coordinates, fit.point.coordinates[where])
+    posterior = laplace(fit, Units(), np.random.default_rng(1))
+    drawn, of_the_law = posterior.coordinates, np.setdiff1d(np.arange(response.size), where)
+    np.testing.assert_array_equal(
+        drawn[:, of_the_law], np.tile(fit.point.coordinates[of_the_law], (DRAWS, 1))
+    )
+    assert "friction.smoothing_speed" not in posterior.effects
+    spread = np.ptp(drawn[:, where], axis=0)
+    assert spread[:8].min() > 0 and spread[-6:].min() > 0
+    errors = np.array([held.response.residuals(x[where])[0] for x in drawn])
+    deviations, size = INFLATION * CHAOTIC, held.response.size
+    nats = 0.5 * deviations**2 * (size + 4 * np.sqrt(2 * size))
+    assert np.sqrt(np.mean(errors**2, axis=1)).max() < fit.point.rms * np.exp(nats / SAMPLES)
 
 
-def test_where_a_torque_makes_derivatives_overflow_draws_are_of_the_cascade(
+def test_where_a_torque_makes_derivatives_overflow_it_is_held(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
@@ -126,14 +133,29 @@ def test_where_a_torque_makes_derivatives_overflow_draws_are_of_the_cascade(
     plain = JointFit.factor
 
     def factor(self: JointFit) -> FloatArray:
-        if self.response.template:
+        if any(effect.is_own_law for effect in self.response.template):
             raise FloatingPointError
         return plain(self)
 
     monkeypatch.setattr(JointFit, "factor", factor)
-    held, found = drawn_about(fit)
-    assert not held.response.template
-    assert len(found) == held.response.size + 1
+    held, found, where = drawn_about(fit)
+    assert not any(effect.is_own_law for effect in held.response.template)
+    assert len(found) == held.response.size + 1 == len(where) + 1
+
+
+def test_under_held_torques_a_port_is_told_as_under_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The law looks at the motor's speed, which its torque does not reach: the same derivatives."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    rub = replace(rub, ports=replace(rub.ports, signal=False, signal_sections=np.zeros((2, 1))))
+    response = JointResponse(STRUCTURE, (rub,), measured((rub,), SAMPLES, (1, 2)), scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, (rub,)))))
+    _, by_the_law, _ = drawn_about(fit)
+    monkeypatch.setattr(chaotic_motion, "EXPLODED", 0.0)
+    _, held, where = drawn_about(fit)
+    own = [i for i, at in enumerate(where) if at >= response.size - 4]
+    assert len(own) == 4
+    told, under_law = held.T @ held, by_the_law.T @ by_the_law
+    np.testing.assert_allclose(told[np.ix_(own, own)], under_law[np.ix_(where[own], where[own])], rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])
