@@ -138,24 +138,18 @@ def nats_of(mean: FloatArray, drawn: FloatArray) -> float:
 
 
 def averaged(
-    posterior: JointPosterior,
-    rivals: Sequence[tuple[JointFit, float]],
-    rng: np.random.Generator,
-    inflation: float = INFLATION,
+    posterior: JointPosterior, rivals: Sequence[tuple[JointPosterior, float]], rng: np.random.Generator
 ) -> JointPosterior:
     """`posterior` with base parameters of explanations in its place, each in so many of the draws as its
     probability says; a mode that one of them lacks is there as in `posterior`."""
     base = {name: draws.copy() for name, draws in posterior.base.items()}
-    share = rng.uniform(size=len(posterior.coordinates))
+    share = rng.uniform(size=DRAWS)
     begin = 0.0
-    for fit, probability in rivals:
+    for rival, probability in rivals:
         taken = (share >= begin) & (share < begin + probability)
         begin += probability
-        if not taken.any():
-            continue
-        theirs = laplace(fit, fit.response.records[0].units, rng, inflation).base
-        for name, their_name in _named_alike(posterior.base, theirs).items():
-            base[name][taken] = theirs[their_name][taken]
+        for name, their_name in _named_alike(posterior.base, rival.base).items():
+            base[name][taken] = rival.base[their_name][taken]
     return replace(posterior, base=base)
 
 
