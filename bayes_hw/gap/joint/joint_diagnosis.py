@@ -26,8 +26,14 @@ from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.answer.encoder_noise import encoder_sigma, noise_doubt
 from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
-from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
-from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, rivals_of
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
+from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
+from bayes_hw.gap.joint.decision.joint_decision import (
+    JointDecision,
+    decide_jointly,
+    explaining,
+    rivals_of,
+)
 from bayes_hw.gap.joint.decision.known_verdict import known_verdict
 from bayes_hw.gap.joint.finding import beyond_limits, sentence, unfollowed
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
@@ -190,26 +196,23 @@ def diagnose_records(
             poorly = poorly_described(decision) or fit.observer is not None
             inflation = OF_ROUNDED if poorly else INFLATION
             doubted = poorly or bool(fit.labels)
-            posterior = laplace(wider, records[0].units, rng, inflation, sections, doubted)
-            posterior = averaged(posterior, rivals_of(found, decision), rng, inflation)
+            units, rivals = records[0].units, rivals_of(found, decision, JointCalibration.built_in())
+            posterior = laplace(wider, units, rng, inflation, sections, doubted)
+            posteriors = [(laplace(one, units, rng, inflation), share) for one, share in rivals]
         else:
             with at_most(within_s):
                 found = search_given(records, model, progress.say)
             decision = decide_given(GivenEvidence.of(found, model.noise_sigma))
             poorly = poorly_described(decision) or leaves_a_cause(found.fit)
             inflation = OF_ROUNDED if poorly else GIVEN_INFLATION
-            posterior = laplace_given(as_given(explaining(found, decision)), records[0].units, rng, inflation)
+            units, rivals = records[0].units, rivals_of(found, decision, GivenCalibration.built_in())
+            posterior = laplace_given(as_given(explaining(found, decision)), units, rng, inflation)
+            posteriors = [(laplace_given(as_given(x), units, rng, inflation), share) for x, share in rivals]
+        posterior = averaged(posterior, posteriors, rng)
         return _finished(
             name, tuple(records), tuple(holdout), found, decision, posterior, tuple(notes), rng, begin, lead,
             drive, start,
         )  # fmt: skip
-
-
-def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
-    """The fit that an answer rests on: that of the search, without its effects where the answer is `other`
-    and nothing in it stands for what has no name."""
-    unnamed = decision.answer == (OTHER,) and found.fit.labels and OTHER not in found.fit.labels
-    return found.base if unnamed and found.fit.without_name is None else found.fit
 
 
 def poorly_described(decision: JointDecision) -> bool:

@@ -16,6 +16,9 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS, Remainder
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 
+LEAST_SHARE = 0.005
+"""Of the draws, below which an explanation is none of them."""
+
 
 @dataclass(frozen=True)
 class JointEvidence:
@@ -237,12 +240,27 @@ def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, s
     return [(instead_of[x], x, own - nats) for x, nats in rivals.items() if instead_of[x] in answer]
 
 
-def rivals_of(found: JointAnswer, decision: JointDecision) -> list[tuple[JointFit, float]]:
-    """Explanations that were followed to the end beside the answer's, each with its probability."""
+def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
+    """The fit that an answer rests on: that of the search, without its effects where the answer is `other`
+    and nothing in it stands for what has no name."""
+    unnamed = decision.answer == (OTHER,) and found.fit.labels and OTHER not in found.fit.labels
+    return found.base if unnamed and found.fit.without_name is None else found.fit
+
+
+def rivals_of(
+    found: JointAnswer, decision: JointDecision, calibration: JointCalibration
+) -> list[tuple[JointFit, float]]:
+    """Explanations beside the answer's, each with its probability: those that were followed to the end, and
+    the base where the answer is `other` and a law stands for what has no name. That such a law follows the
+    records makes it no law of the axis, whose limits, gap and modes it moves while it does."""
     followed = {label: decision.probability[label] for label in found.followed}
     total = max(sum(followed.values()), 1e-300)
-    return [
+    rivals = [
         (found.ends[label], share / total)
         for label, share in followed.items()
         if label not in found.fit.labels and label not in decision.answer
     ]
+    if decision.answer == (OTHER,) and explaining(found, decision) is not found.base:
+        left = 1 - sum(share for _, share in rivals)
+        rivals.append((found.base, calibration.unnamed_base * left))
+    return [(fit, share) for fit, share in rivals if share >= LEAST_SHARE]

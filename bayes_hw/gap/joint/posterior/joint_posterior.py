@@ -19,8 +19,10 @@ from bayes_hw.gap.joint.posterior.reported_quantities import (
     dominant_sections,
     effect_quantities,
     effect_units,
+    linear_block_gain,
     torque_draws,
 )
+from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Units
 
@@ -32,6 +34,10 @@ docs/decisions/0016-joint-search.md."""
 RIDGE = 1e-9
 RIDGES = (1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Least eigenvalues of a correlation matrix, in turn, until a draw is one that the records allow."""
+
+UNSEEN = 1e-4
+"""Least eigenvalue of that matrix where nothing is simulated: below it a direction is numbers that cancel.
+Standard deviations of limits, dead zone and dominant modes are the same from 1e-7 to 1e-3 of it."""
 
 TRIES = 20
 """Normals that a draw may take until its poles are of the fit's kinds."""
@@ -91,17 +97,19 @@ def laplace(
     effects: dict[str, list[float]] = {}
     sections = dominant_sections(fit) if sections is None else list(sections)
     every = [fit.response.values(x) for x in drawn]
+    whole = _whole_normal(about, sections, values, vectors, scale, inflation, rng)
     if doubted:
-        weights = np.array([one.cascade.sections[2:4] for one in every]) / inflation
+        weights = np.array([one.cascade.sections[2:4] for one in whole]) / inflation
         own, asked = fit.values.cascade.sections[2:4], 0.5 * MODE_NUMBERS * np.log(fit.point.samples)
         sections = [i for i in sections if nats_of(own[:, i], weights[:, :, i]) >= asked]
-    for values_at in every:
+    for values_at in whole:
         for name, value in base_quantities(fit, values_at, sections, rate).items():
             base.setdefault(name, []).append(value)
+    for values_at in every:
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
+    base["gain"] = [linear_block_gain(fit, one) for one in every]
     if chaotic:
-        base |= _by_whole_normal(about, sections, values, vectors, scale, inflation, rng)
         effects = {name: values for name, values in effects.items() if np.ptp(values) > 0}
     effects |= torque_draws(fit, drawn, rng)
     base |= unreached_limits(fit, base, rng)
@@ -127,24 +135,18 @@ def nats_of(mean: FloatArray, drawn: FloatArray) -> float:
 
 
 def averaged(
-    posterior: JointPosterior,
-    rivals: Sequence[tuple[JointFit, float]],
-    rng: np.random.Generator,
-    inflation: float = INFLATION,
+    posterior: JointPosterior, rivals: Sequence[tuple[JointPosterior, float]], rng: np.random.Generator
 ) -> JointPosterior:
     """`posterior` with base parameters of explanations in its place, each in so many of the draws as its
     probability says; a mode that one of them lacks is there as in `posterior`."""
     base = {name: draws.copy() for name, draws in posterior.base.items()}
-    share = rng.uniform(size=len(posterior.coordinates))
+    share = rng.uniform(size=DRAWS)
     begin = 0.0
-    for fit, probability in rivals:
+    for rival, probability in rivals:
         taken = (share >= begin) & (share < begin + probability)
         begin += probability
-        if not taken.any():
-            continue
-        theirs = laplace(fit, fit.response.records[0].units, rng, inflation).base
-        for name, their_name in _named_alike(posterior.base, theirs).items():
-            base[name][taken] = theirs[their_name][taken]
+        for name, their_name in _named_alike(posterior.base, rival.base).items():
+            base[name][taken] = rival.base[their_name][taken]
     return replace(posterior, base=base)
 
 
@@ -204,25 +206,27 @@ def _allowed(
     return found
 
 
-def _by_whole_normal(
+def _whole_normal(
     fit: JointFit, sections: Sequence[int], values: FloatArray, vectors: FloatArray, scale: FloatArray,
     inflation: float, rng: np.random.Generator,
-) -> dict[str, list[float]]:  # fmt: skip
-    """Draws of the limits, the dead zone and the dominant modes by their whole normal.
+) -> list[JointValues]:  # fmt: skip
+    """Draws for the limits, the dead zone and the dominant modes, the pairs of `sections`.
 
-    They are coordinates, or of two of them: what caps the steps of poles that cancel, along which the
-    likelihood is not normal, says nothing of them.
+    Those are coordinates, or of two of them, and what `_allowed` takes off a step says nothing of them: that
+    poles cancel, along which the likelihood is not normal, or that a law which sticks or turns over makes
+    every step cost more than it should, so that draws shrink onto the fit.
     """
-    centre, rate = fit.point.coordinates, fit.response.scale.rate_hz
-    root = vectors / np.sqrt(np.maximum(values, RIDGE))
-    found: dict[str, list[float]] = {}
-    for normal in rng.standard_normal((DRAWS, len(scale))):
-        at = fit.response.values(
-            fit.response.admissible(centre + root @ (inflation * normal) / scale, centre)
-        )
-        for name, value in base_quantities(fit, at, list(sections), rate).items():
-            if name != "gain":
-                found.setdefault(name, []).append(value)
+    centre, reported = fit.point.coordinates, list(sections)
+    root = vectors / np.sqrt(np.maximum(values, UNSEEN)) / scale[:, None]
+    kinds = _are_pairs(fit, centre)[reported]
+    found = []
+    for _ in range(DRAWS):
+        for _ in range(TRIES):
+            step = root @ (inflation * rng.standard_normal(len(scale)))
+            at = fit.response.admissible(centre + step, centre)
+            if np.array_equal(_are_pairs(fit, at)[reported], kinds):
+                break
+        found.append(fit.response.values(at))
     return found
 
 

@@ -138,7 +138,7 @@ def port_candidates(fit: JointFit) -> list[JointFit]:
 
 def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[float, ...]]]:
     """Forms of the same label that act at the same place and look at the same signal, with a start:
-    parameters of one name keep their values."""
+    parameters of one name keep their values. Of what is no law every form begins at no strength."""
     own = {slot.name: float(x) for slot, x in zip(effect.form.slots(scale), effect.values, strict=True)}
     found = []
     for form in FORMS:
@@ -152,7 +152,7 @@ def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[flo
         slots, start = form.slots(scale), form.starts(scale)[0]
         names = [slot.name for slot in slots]
         extends = form.law == present.law and names[: len(own)] == list(own)
-        if extends or (form.is_law and not form.further):
+        if extends or not form.further:
             kept = [
                 float(np.clip(own.get(slot.name, x), slot.lower, slot.upper))
                 for slot, x in zip(slots, start, strict=True)

@@ -12,6 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit import chaotic_motion
 from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior import joint_posterior
 from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, INFLATION, averaged, laplace, nats_of
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     effect_quantities,
@@ -176,10 +177,41 @@ def test_base_parameters_are_averaged_over_explanations() -> None:
         response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
         values = JointValues(replace(CASCADE, lower=lower, upper=upper))
         fits.append(JointFit(response, evaluate(response, response.coordinates(values))))
-    own = laplace(fits[0], Units(), np.random.default_rng(1))
-    mixed = averaged(own, [(fits[1], 0.3)], np.random.default_rng(2))
-    of_rival = np.abs(mixed.base["saturation.lower"] + 0.2) < 0.05
+    own, rival = (laplace(fit, Units(), np.random.default_rng(1)) for fit in fits)
+    mixed = averaged(own, [(rival, 0.3)], np.random.default_rng(2))
+    of_rival = mixed.base["saturation.lower"] != own.base["saturation.lower"]
     assert 0.2 < of_rival.mean() < 0.4
-    np.testing.assert_array_equal(np.abs(mixed.base["saturation.upper"] - 0.15) < 0.05, of_rival)
-    np.testing.assert_array_equal(mixed.base["gain"][~of_rival], own.base["gain"][~of_rival])
+    for name in ("saturation.lower", "saturation.upper", "gain"):
+        expected = np.where(of_rival, rival.base[name], own.base[name])
+        np.testing.assert_array_equal(mixed.base[name], expected)
+    assert np.median(rival.base["saturation.lower"]) == pytest.approx(-0.2, abs=0.05)
     assert np.ptp(own.base["saturation.lower"]) < 0.1
+
+
+def test_draws_that_shrink_onto_the_fit_tell_nothing_of_limits_gap_and_modes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where a law sticks, so that every step costs more than it should: standard deviations are those of
+    the likelihood's curvature all the same."""
+    records = measured((), SAMPLES, (1, 2))
+    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+    wide = laplace(fit, Units(), np.random.default_rng(1), sections=[0])
+
+    def at_the_fit(fit: JointFit, *_: object) -> FloatArray:
+        return np.tile(fit.point.coordinates, (DRAWS, 1))
+
+    monkeypatch.setattr(joint_posterior, "_allowed", at_the_fit)
+    found = laplace(fit, Units(), np.random.default_rng(1), sections=[0])
+    np.testing.assert_array_equal(found.coordinates, np.tile(fit.point.coordinates, (DRAWS, 1)))
+    factor = fit.factor()
+    size = len(factor) - 1
+    variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
+    expected = joint_posterior.INFLATION * np.sqrt(
+        variance * np.diag(np.linalg.inv(factor[:size, :size].T @ factor[:size, :size]))
+    )
+    names = ("saturation.lower", "saturation.upper")
+    np.testing.assert_allclose([np.std(found.base[n]) for n in names], expected[:2], rtol=0.15)
+    for name in set(wide.base) - {"gain"}:
+        one, other = (float(np.ptp(np.quantile(p.base[name], [0.2, 0.8]))) for p in (found, wide))
+        assert one == pytest.approx(other, rel=0.25), name

@@ -51,3 +51,11 @@ def test_a_form_that_extends_another_is_offered_to_that_alone() -> None:
     ripple, drag = (some_effect(form(*name)) for name in (("torque_ripple",), ("other", "drag")))
     assert any(found.further for found, _ in other_forms(ripple, scale(SAMPLES)))
     assert not any(found.further for found, _ in other_forms(drag, scale(SAMPLES)))
+
+
+def test_limits_that_vary_with_position_are_held_against_either_form() -> None:
+    """A wave much longer than the travel is a slope, and a number that no record tells."""
+    for name, other in (("", "slope"), ("slope", "")):
+        moving = some_effect(form("saturation_drift", name))
+        (found,) = other_forms(moving, scale(SAMPLES))
+        assert found[0] is form("saturation_drift", other)
