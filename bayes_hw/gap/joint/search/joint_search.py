@@ -17,15 +17,21 @@ from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, r
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
-from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
-from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.observer import observed
-from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.rival_paths import (
+    MOST_STEPS,
+    as_seen,
+    begun_anew,
+    described,
+    is_simulated,
+    with_exchanged_laws,
+    with_what_it_asks,
+)
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
 from bayes_hw.identify.experiment import white_noise_level
@@ -33,9 +39,9 @@ from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
-MOST_CONTENDERS, CONTEST_SHARE, LARGE_ORDER = 3, 0.3, 8
-"""Labels that are given the ports, forms and poles they ask for, the share of the best one's nats from which,
-and the order of G above which it is pruned first."""
+MOST_CONTENDERS, CONTEST_SHARE = 3, 0.3
+"""Labels that are given the ports, forms and poles they ask for, and the share of the best one's nats from
+which."""
 
 HALFWAY = 0.5
 """Share of what verification asks of a label that it must gain at first where others stand."""
@@ -46,7 +52,7 @@ FOLLOWED_SHARE = 0.7
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
-MOST_EFFECTS, MOST_STEPS = 3, 10
+MOST_EFFECTS = 3
 GROWN = 0.5
 """Of the time left, that the cascade without effects may take."""
 
@@ -168,8 +174,10 @@ def _explained(
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.
         ended = each(lambda path: replace(path, fit=in_observer_form(path.fit)), ended)
     ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
+    if len(ended) > 1:
+        ended = begun_anew(ended, told)
     if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
-        ended = _with_exchanged_laws(ended, told)
+        ended = with_exchanged_laws(ended, told)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
@@ -195,33 +203,6 @@ def _explained(
     left = remainder_of(best.fit)
     cut_short = cut_short or time_is_up()
     return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short)
-
-
-def _with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Of every label the best that it or an exchange of another one's law reaches."""
-    found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
-    for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in (as_seen(one) for one in fits if not is_hidden_friction(one)):
-            other = replace(path, fit=fit)
-            present = found.get(other.begun_with)
-            if other.gained > (0.0 if present is None else present.gained):
-                told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
-                found[other.begun_with] = other
-    return list(found.values())
-
-
-def as_seen(fit: JointFit) -> JointFit:
-    """The fit under the names of what its laws look at, and of how its spring bends."""
-    return named_by_sight(as_it_bends(fit))
-
-
-def described(fit: JointFit) -> str:
-    """One line on a fit."""
-    names = " + ".join(fit.names) or "no effect"
-    if fit.response.steps > 1:
-        names += f" in {fit.response.steps} steps a sample"
-    order, noise = fit.structure.order, fit.noise_order
-    return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
 
 
 def silent(message: str) -> None:
@@ -264,11 +245,6 @@ def in_observer_form(fit: JointFit) -> JointFit:
     return best if best.score > fit.score + STRUCTURAL_NATS else fit
 
 
-def is_simulated(fit: JointFit) -> bool:
-    """Whether a simulation follows the motion, and leaves nothing that follows itself for long."""
-    return fit.observer is None and fit.noise_order <= 1
-
-
 def seen_through(fit: JointFit, without: JointFit) -> JointFit:
     """As a simulation again where labels that a fit `without` them lacked explain what was followed."""
     if fit.observer is None or fit.labels == without.labels:
@@ -287,20 +263,7 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
     if len(near) < 2 or gained <= 0:
         return ranked[:1]
 
-    def with_what_it_asks(contender: JointFit) -> JointFit:
-        say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
-        if contender.structure.order > LARGE_ORDER:
-            # A G that grew to stand in for the effect is in its way.
-            contender = pruned(contender)
-        for _ in range(MOST_STEPS):
-            larger = structural(contender)
-            if larger.score < contender.score + STRUCTURAL_NATS:
-                break
-            contender = larger
-            say(f"{log_evidence(contender.score - fit.score)}, one of several: {described(contender)}")
-        return contender
-
-    return each(with_what_it_asks, near)
+    return each(lambda contender: with_what_it_asks(contender, fit, say), near)
 
 
 def one_more(fit: JointFit) -> list[JointFit]:

@@ -1,0 +1,95 @@
+"""Explanations by different labels held against each other: what one has found, the others begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.structure_moves import pruned
+from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.search.bent_spring import as_it_bends
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.law_exchange import exchanged
+from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
+from bayes_hw.phrases import log_evidence
+
+MOST_STEPS = 10
+LARGE_ORDER = 8
+"""Of G, above which it is pruned before its effect is given what it asks for."""
+
+
+def described(fit: JointFit) -> str:
+    """One line on a fit."""
+    names = " + ".join(fit.names) or "no effect"
+    if fit.response.steps > 1:
+        names += f" in {fit.response.steps} steps a sample"
+    order, noise = fit.structure.order, fit.noise_order
+    return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
+
+
+def is_simulated(fit: JointFit) -> bool:
+    """Whether a simulation follows the motion, and leaves nothing that follows itself for long."""
+    return fit.observer is None and fit.noise_order <= 1
+
+
+def with_what_it_asks(fit: JointFit, without: JointFit, say: Callable[[str], None]) -> JointFit:
+    """With the ports, forms and poles that pay; `without` is what it is said to lead over."""
+    say(f"{log_evidence(fit.score - without.score)}, one of several: {described(fit)}")
+    if fit.structure.order > LARGE_ORDER:
+        # A G that grew to stand in for the effect is in its way.
+        fit = pruned(fit)
+    for _ in range(MOST_STEPS):
+        larger = structural(fit)
+        if larger.score < fit.score + STRUCTURAL_NATS:
+            break
+        fit = larger
+        say(f"{log_evidence(fit.score - without.score)}, one of several: {described(fit)}")
+    return fit
+
+
+def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
+    """Every path, or where that is better its label begun anew over the G that the best of all ended with.
+
+    A law that began over a G without any leads G where it stands in for what the law leaves; the G of another
+    explanation, which left nothing, is nearer to the axis.
+    """
+    best = max(paths, key=lambda path: path.gained)
+    if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
+        return list(paths)
+    beside = best.fit.without(best.begun_with)
+
+    def anew(path: FollowedPath) -> FollowedPath:
+        if path is best or path.begun_with not in path.fit.effect_labels:
+            return path
+        forms = [form for form in FORMS if form.label == path.begun_with]
+        for trial in effect_candidates(beside, forms)[:1]:
+            fit = pruned(within_sample(with_what_it_asks(finer(trial), best.base, told)))
+            other = replace(best, fit=fit)
+            if other.gained > path.gained:
+                told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
+                return other
+        return path
+
+    return each(anew, paths)
+
+
+def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
+    """Of every label the best that it or an exchange of another one's law reaches."""
+    found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
+    for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
+        for fit in (as_seen(one) for one in fits if not is_hidden_friction(one)):
+            other = replace(path, fit=fit)
+            present = found.get(other.begun_with)
+            if other.gained > (0.0 if present is None else present.gained):
+                told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
+                found[other.begun_with] = other
+    return list(found.values())
+
+
+def as_seen(fit: JointFit) -> JointFit:
+    """The fit under the names of what its laws look at, and of how its spring bends."""
+    return named_by_sight(as_it_bends(fit))

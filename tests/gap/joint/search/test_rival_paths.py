@@ -1,0 +1,52 @@
+"""What the best explanation found of G, the label of another one begins with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.gap.joint.response.joint_response import JointResponse
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.joint_search import silent
+from bayes_hw.gap.joint.search.rival_paths import begun_anew
+from bayes_hw.identify.cascade import CascadeValues
+from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
+
+SAMPLES = 700
+RUB = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012, seen=0.0)
+GAP = torque(form("backlash", "dynamic"), (1e-3,), 1e-6, seen=1e-3)
+ELSEWHERE = replace(CASCADE, integrator_residue=0.8 * CASCADE.integrator_residue)
+
+
+def _path(records: list[Record], cascade: CascadeValues, effect: Effect) -> FollowedPath:
+    """An explanation of the records, not descended, beside the true G without any effect."""
+    fits = []
+    for values in (JointValues(cascade, (effect,)), JointValues(CASCADE)):
+        response = JointResponse(STRUCTURE, values.effects, records, scale(SAMPLES))
+        fits.append(JointFit(response, evaluate(response, response.coordinates(values))))
+    return FollowedPath(*fits, read_faults(fits[1]))
+
+
+def test_a_label_begins_anew_over_the_g_of_the_best() -> None:
+    """Friction made the records, and its path is over the true G; a gap began elsewhere."""
+    records = measured((RUB,), SAMPLES, (1,))
+    rub, stuck = _path(records, CASCADE, RUB), _path(records, ELSEWHERE, GAP)
+    over_the_true_g = _path(records, CASCADE, GAP)
+    same, moved = begun_anew([rub, stuck], silent)
+    assert same is rub
+    assert moved.begun_with == "backlash"
+    assert stuck.gained < over_the_true_g.gained < moved.gained < rub.gained
+    assert begun_anew([rub, moved], silent)[1].gained == pytest.approx(moved.gained, abs=1)
+
+
+def test_over_a_g_that_leaves_colour_nothing_begins() -> None:
+    records = measured((RUB,), SAMPLES, (1,))
+    gap, stuck = _path(records, CASCADE, GAP), _path(records, ELSEWHERE, GAP)
+    assert gap.fit.noise_order > 1
+    assert begun_anew([gap, stuck], silent) == [gap, stuck]
