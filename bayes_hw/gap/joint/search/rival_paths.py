@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
@@ -52,29 +53,34 @@ def with_what_it_asks(fit: JointFit, without: JointFit, say: Callable[[str], Non
 
 
 def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Every path, or where that is better its label begun anew over the G that the best of all ended with.
+    """Every path, or where that is better its label begun anew over the G that the best of all ended with;
+    again where one that is begun anew becomes the best.
 
     A law that began over a G without any leads G where it stands in for what the law leaves; the G of another
     explanation, which left nothing, is nearer to the axis.
     """
-    best = max(paths, key=lambda path: path.gained)
-    if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
-        return list(paths)
-    beside = best.fit.without(best.begun_with)
+    for _ in range(len(paths)):
+        best = max(paths, key=lambda path: path.gained)
+        if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
+            break
+        paths = each(partial(_over_the_g_of, best, told), paths)
+        if max(paths, key=lambda path: path.gained) is best:
+            break
+    return list(paths)
 
-    def anew(path: FollowedPath) -> FollowedPath:
-        if path is best or path.begun_with not in path.fit.effect_labels:
-            return path
-        forms = [form for form in FORMS if form.label == path.begun_with]
-        for trial in effect_candidates(beside, forms)[:1]:
-            fit = pruned(within_sample(with_what_it_asks(finer(trial), best.base, told)))
-            other = replace(best, fit=fit)
-            if other.gained > path.gained:
-                told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
-                return other
+
+def _over_the_g_of(best: FollowedPath, told: Callable[[str], None], path: FollowedPath) -> FollowedPath:
+    """The path, or its label begun over the G of `best` where that is better."""
+    if path is best or path.begun_with not in path.fit.effect_labels:
         return path
-
-    return each(anew, paths)
+    forms = [form for form in FORMS if form.label == path.begun_with]
+    for trial in effect_candidates(best.fit.without(best.begun_with), forms)[:1]:
+        fit = pruned(within_sample(with_what_it_asks(finer(trial), best.base, told)))
+        other = replace(best, fit=fit)
+        if other.gained > path.gained:
+            told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
+            return other
+    return path
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
