@@ -122,7 +122,7 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
             "swapped",
             "the command moves as the speed of an angle does, and the output as the command of that speed: "
             "the two are swapped",
-            "exchange --input and --output",
+            "exchange --input and --output, such as --input y --output u where they were u and y",
         )
     if found == "derivative" and _is_closer(level_regression(u, y), moved):
         return Finding(
@@ -185,26 +185,35 @@ def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) 
 
 def saturated_output(y: FloatArray) -> Finding | None:
     """An output that is cut flat at its largest or smallest reading, again and again."""
-    if len(np.unique(y[:4096])) < 64:
+    ends = flat_ends(y)
+    if not ends:
         return None
-    for limit, word in ((float(y.max()), "largest"), (float(y.min()), "smallest")):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
-        starts, stops = edges[::2], edges[1::2]
-        runs = stops - starts >= CLIPPED_RUN
-        inner = runs & (starts > 0) & (stops < len(y))
-        if int(inner.sum()) >= 1 and int(runs.sum()) >= 1 and _is_cut(y, starts[inner], stops[inner], limit):
-            first = int(starts[inner][0])
-            count = int((stops - starts)[runs].sum())
-            return Finding(
-                "clipped",
-                f"{count} samples read exactly {limit:.6g}, the {word} of all, in {_times(int(runs.sum()))} "
-                f"of {CLIPPED_RUN} samples or more: the converter or the sensor is at its end",
-                "leave those stretches out with --part START STOP (s), or record with a wider range",
-                "warning",
-                first=first,
-                stop=int(stops[inner][0]),
-            )
-    return None
+    limit, starts, stops = ends[0]
+    word = "largest" if limit == y.max() else "smallest"
+    return Finding(
+        "clipped",
+        f"{int((stops - starts).sum())} samples read exactly {limit:.6g}, the {word} of all, in "
+        f"{_times(len(starts))} of {CLIPPED_RUN} samples or more: the converter or the sensor is at its end",
+        "give --missing ends to leave them out as not measured, or record with a wider range",
+        "warning",
+        first=int(starts[0]),
+        stop=int(stops[0]),
+    )
+
+
+def flat_ends(y: FloatArray) -> list[tuple[float, IntArray, IntArray]]:
+    """Largest and smallest reading where an output is cut flat there, with the first samples of such
+    stretches and one past their last."""
+    found = []
+    if len(np.unique(y[:4096])) >= 64:
+        for limit in (float(np.nanmax(y)), float(np.nanmin(y))):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
+            starts, stops = edges[::2], edges[1::2]
+            runs = stops - starts >= CLIPPED_RUN
+            inner = runs & (starts > 0) & (stops < len(y))
+            if inner.any() and _is_cut(y, starts[inner], stops[inner], limit):
+                found.append((limit, starts[runs], stops[runs]))
+    return found
 
 
 def _times(count: int) -> str:
@@ -269,11 +278,16 @@ def clock_change(t: FloatArray) -> Finding | None:
 
 
 def check_signals(
-    u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None = None
+    u: FloatArray,
+    y: FloatArray,
+    rate_hz: float,
+    expected: float | None = None,
+    measured: BoolArray | None = None,
 ) -> tuple[Finding, ...]:
     """Every finding on one record, its scale apart, the gravest first; `u`, `y` have shape (samples,).
 
-    `expected` as in `wrong_scale`.
+    `expected` as in `wrong_scale`; where y was not `measured`, it stays where it was in between, which is no
+    fault.
     """
     wrapped = wrapped_angle(y)
     if wrapped is not None:
@@ -281,8 +295,11 @@ def check_signals(
     relation_found = related(u, y, rate_hz)
     if relation_found is not None and relation_found.severity == "fatal":
         return (relation_found,)
+    stuck = stuck_output(u, y, rate_hz, expected or 1.0)
+    if stuck is not None and measured is not None and np.mean(measured[stuck.first : stuck.stop]) < 0.5:
+        stuck = None
     found = (
-        stuck_output(u, y, rate_hz, expected or 1.0),
+        stuck,
         relation_found,
         saturated_output(y),
     )

@@ -45,6 +45,7 @@ def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) ->
         part_s=None if parsed.part is None else (parsed.part[0], parsed.part[1]),
         reverse=parsed.reverse,
         ignore_units=parsed.ignore_units,
+        missing=tuple(parsed.missing),
         needs_output=needs_output,
     )
 
