@@ -322,7 +322,11 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
                 f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
                 "larger unit"
                 + (", such as --time-unit ms" if role == "time" else "")
-                + ("" if role == "time" else f", or, where it means nothing, --missing {values[largest]:.15g}")
+                + (
+                    ""
+                    if role == "time"
+                    else f", or, where it means nothing, --missing {values[largest]:.15g}"
+                )
             )
 
 

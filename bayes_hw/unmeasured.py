@@ -91,11 +91,12 @@ def mark_of_angle(y: FloatArray) -> Mark | None:
     values = y[shown]
     if len(values) < 8:
         return None
-    at = int(np.abs(np.diff(values)).argmax())
-    for reading in (float(values[at]), float(values[at + 1])):
-        mark = _mark(values, reading)
+    with np.errstate(all="ignore"):
+        at = int(np.abs(np.diff(values)).argmax())
+        marks = [_mark(values, reading) for reading in (float(values[at]), float(values[at + 1]))]
+    for mark in marks:
         if mark is not None:
-            return Mark(reading, mark.count, int(shown[mark.first]))
+            return Mark(mark.reading, mark.count, int(shown[mark.first]))
     return None
 
 
@@ -112,7 +113,9 @@ def _mark(values: FloatArray, reading: float) -> Mark | None:
     before, after = values[starts[inner] - 1], values[stops[inner]]
     jump = np.minimum(np.abs(before - reading), np.abs(after - reading))
     travel = ordinary * (stops[inner] - starts[inner] + 1)
-    leaves = (jump > JUMP_FACTOR * ordinary) & (np.abs(after - before) < jump) & (np.abs(after - before) <= travel)
+    leaves = (
+        (jump > JUMP_FACTOR * ordinary) & (np.abs(after - before) < jump) & (np.abs(after - before) <= travel)
+    )
     turns = np.array(list(TURNS))
     wraps = np.abs(jump[:, None] - turns).min(axis=1) <= JUMP_FACTOR / 2 * ordinary
     if np.mean(leaves & ~wraps) < JUMP_SHARE or (len(starts) < 2 and not _is_usual(reading)):
@@ -136,12 +139,12 @@ def mark_of_command(u: FloatArray) -> Mark | None:
 
 
 def _is_usual(reading: float) -> bool:
-    """Whether programs write it for nothing: nines alone, the largest of an integer, or beyond any reading."""
+    """Whether programs write it for nothing: nines alone, or the largest of an integer."""
     size = abs(reading)
     if not math.isfinite(size) or size != round(size):
         return False
     nines = size >= 999 and size < 1e15 and set(f"{size:.0f}") == {"9"}
-    return nines or size in LARGEST_INTEGERS or size >= 1e12
+    return nines or size in LARGEST_INTEGERS
 
 
 def _stretches(mask: BoolArray) -> tuple[IntArray, IntArray]:

@@ -64,8 +64,8 @@ def no_number(table: Table, names: Collection[str]) -> str | None:
         if sum(is_good) > len(is_good) / 2 and not all(is_good):
             at = is_good.index(False)
             return (
-                f"{table.place(at)}, {table.kind} {name!r}: {str(cells[at])[:40]!r} is no number as the others "
-                "are; correct it or remove the row"
+                f"{table.place(at)}, {table.kind} {name!r}: {str(cells[at])[:40]!r} is no number as the "
+                "others are; correct it or remove the row"
             )
     return None
 

@@ -24,7 +24,9 @@ def ends_torn(path: Path, layout: Layout) -> bool:
         return False
     try:
         *before, last = [
-            cells_of(line, layout.separator) for line in tail.decode("utf-8", "replace").splitlines()[1:] if line
+            cells_of(line, layout.separator)
+            for line in tail.decode("utf-8", "replace").splitlines()[1:]
+            if line
         ]
     except (csv.Error, ValueError):
         return False
@@ -35,7 +37,9 @@ def ends_torn(path: Path, layout: Layout) -> bool:
         return True
     decimals = [_decimals(row[-1], layout.decimal) for row in whole]
     cell = last[layout.columns - 1]
-    return bool(NUMBER.fullmatch(cell)) and _decimals(cell, layout.decimal) < min(decimals)
+    return (not cell or NUMBER.fullmatch(cell) is not None) and _decimals(cell, layout.decimal) < min(
+        decimals
+    )
 
 
 def _decimals(cell: str, sign: str) -> int:

@@ -216,7 +216,9 @@ def _from_text(values: Column) -> Stamps:
     if NUMBER.fullmatch(first):
         at = next(int(i) for i in present if not NUMBER.fullmatch(str(cells[i])))
         raise StampError(
-            at, f"time stamp {str(cells[at])[:40]!r} is no number as the others are; correct it or remove the row"
+            at,
+            f"time stamp {str(cells[at])[:40]!r} is no number as the others are; correct it or remove "
+            "the row",
         )
     if _DURATION.fullmatch(first):
         seconds, said = _durations(cells, present), "durations with their units"
@@ -329,9 +331,7 @@ def _without_zone_name(given: pd.Series[str]) -> tuple[pd.Series[str], str]:
     return given.str.replace(_ZONE_NAME, "", regex=True), f" ({', '.join(names)} left out)"
 
 
-def _at_a_place(
-    cells: Column, present: IntArray, given: pd.Series[str], place: str
-) -> tuple[IntArray, str]:
+def _at_a_place(cells: Column, present: IntArray, given: pd.Series[str], place: str) -> tuple[IntArray, str]:
     """Unix time in ns of local stamps that name a place; raises StampError where no such zone is known, or
     a stamp is none of its times."""
     from zoneinfo import ZoneInfo
@@ -341,12 +341,14 @@ def _at_a_place(
     local, said = _dates(np.array(given.str.replace(_PLACE, "", regex=True).tolist()), np.arange(len(given)))
     is_again = np.cumsum(np.diff(local, prepend=local[0]) < -HALF_AN_HOUR_NS) > 0
     try:
-        dates = pd.DatetimeIndex(local.astype("datetime64[ns]")).tz_localize(ZoneInfo(place), ambiguous=~is_again)
+        dates = pd.DatetimeIndex(local.astype("datetime64[ns]")).tz_localize(
+            ZoneInfo(place), ambiguous=~is_again
+        )
     except (ValueError, OSError, KeyError):
         raise StampError(
             int(present[0]),
-            f"time stamp {str(cells[present[0]])[:60]!r} names a zone that is not known, or has not this hour; "
-            "give stamps in UTC",
+            f"time stamp {str(cells[present[0]])[:60]!r} names a zone that is not known, or has not this "
+            "hour; give stamps in UTC",
         ) from None
     return dates.asi8, f"{said.removesuffix(UNZONED)} at {place}"
 

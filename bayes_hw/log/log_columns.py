@@ -26,10 +26,9 @@ from bayes_hw.scale_checks import NO_CLOCK
 class LogColumns:
     """Stamps, command, output (None where there is none) and known signals of one log, shape (rows,).
 
-    NaN is what was not measured; `is_marked` where the output says so itself, the command being known. `rows` are the rows of the file, which `place` names in its words,
-    `is_clock`
-    whether the stamps are the file's, `is_absolute` whether they were seconds as they are; `clock` as in
-    `bayes_hw.record.Record`.
+    NaN is what was not measured; `is_marked` where the output says so itself, the command being known. `rows`
+    are the rows of the file, which `place` names in its words, `is_clock` whether the stamps are the file's,
+    `is_absolute` whether they were seconds as they are; `clock` as in `bayes_hw.record.Record`.
     """
 
     t: FloatArray
