@@ -63,7 +63,7 @@ def posed(
         if not record.has_output:
             done.append(record)
             continue
-        begin = record_start(record.u, record.y, record.sample_rate_hz)
+        begin = record_start(record.u, record.y, record.sample_rate_hz, record.measured)
         away = not begin.is_zero and origin == "absolute"
         if start == "auto" and (begin.moving or away):
             free = free or number < len(records)
@@ -88,6 +88,8 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
     known = (
         "" if begin.samples >= FEWEST_REST_SAMPLES else ", few: let records begin with some seconds at rest"
     )
+    if begin.samples == 0:
+        where, known = "the first reading", ", nothing having been measured before it"
     sentence = (
         f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to "
         f"{begin.level_sd:.1g} {unit}{known})"

@@ -122,7 +122,7 @@ def related(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
             "swapped",
             "the command moves as the speed of an angle does, and the output as the command of that speed: "
             "the two are swapped",
-            "exchange --input and --output, such as --input y --output u where they were u and y",
+            "exchange --input and --output",
         )
     if found == "derivative" and _is_closer(level_regression(u, y), moved):
         return Finding(

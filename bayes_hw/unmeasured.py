@@ -70,9 +70,7 @@ def is_unmeasured(values: FloatArray, missing: Sequence[float | str]) -> BoolArr
     """Which samples `missing` says were not measured; shape (samples,)."""
     found = np.isin(values, checked_readings(missing))
     if ENDS in missing:
-        for limit, starts, stops in flat_ends(values):
-            for start, stop in zip(starts, stops, strict=True):
-                found[start:stop] = values[start:stop] == limit
+        found |= np.isin(values, [limit for limit, _, _ in flat_ends(values)])
     return found
 
 

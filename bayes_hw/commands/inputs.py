@@ -170,7 +170,8 @@ def refuse_faults(
             continue
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(
-                f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"
+                f"{record.source or record.name}: {finding}; bayes-hw inspect prints the command that reads "
+                f"it; if it is so, give --accept {finding.kind}"
             )
 
 
