@@ -42,7 +42,7 @@ OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]*)(?: (?P<value>{VALUE}))?")
 
 def python_words(message: str) -> str:
     """A message that names options of the command line, with the arguments of Python in their place."""
-    return OPTION.sub(_argument, message)
+    return re.sub(r"(columns=Columns\([^)]*\)) (?=sample_rate_hz)", r"\1, ", OPTION.sub(_argument, message))
 
 
 def _argument(found: re.Match[str]) -> str:

@@ -207,13 +207,19 @@ def flat_ends(y: FloatArray) -> list[tuple[float, IntArray, IntArray]]:
     found = []
     if len(np.unique(y[:4096])) >= 64:
         for limit in (float(np.nanmax(y)), float(np.nanmin(y))):
-            edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
-            starts, stops = edges[::2], edges[1::2]
-            runs = stops - starts >= CLIPPED_RUN
-            inner = runs & (starts > 0) & (stops < len(y))
+            starts, stops = flat_stretches(y, limit)
+            inner = (starts > 0) & (stops < len(y))
             if inner.any() and _is_cut(y, starts[inner], stops[inner], limit):
-                found.append((limit, starts[runs], stops[runs]))
+                found.append((limit, starts, stops))
     return found
+
+
+def flat_stretches(y: FloatArray, limit: float) -> tuple[IntArray, IntArray]:
+    """First samples of the stretches of one reading, and one past their last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
+    starts, stops = edges[::2], edges[1::2]
+    runs = stops - starts >= CLIPPED_RUN
+    return starts[runs], stops[runs]
 
 
 def _times(count: int) -> str:
@@ -227,9 +233,9 @@ def _is_cut(y: FloatArray, starts: IntArray, stops: IntArray, limit: float) -> b
     if len(ordinary) == 0 or float(np.mean(ordinary == 0)) > 0.2:
         return False
     typical = float(np.median(np.abs(ordinary)))
-    entry = np.abs(y[np.maximum(starts - 1, 0)] - limit)
-    leave = np.abs(y[np.minimum(stops, len(y) - 1)] - limit)
-    return bool(np.any(np.maximum(entry, leave) > 0.25 * typical))
+    entry = np.abs(y[np.maximum(starts - 2, 0)] - limit)
+    leave = np.abs(y[np.minimum(stops + 1, len(y) - 1)] - limit)
+    return bool(np.any(np.maximum(entry, leave) > 0.5 * typical))
 
 
 def _longest_run(y: FloatArray) -> tuple[int, int]:

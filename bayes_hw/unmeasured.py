@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
-from bayes_hw.record_checks import TURNS, flat_ends
+from bayes_hw.record_checks import TURNS, flat_stretches
 
 ENDS, NOTHING = "ends", "none"
 """Words of `--missing`: readings at either end of the converter; that nothing is a mark."""
@@ -67,10 +67,12 @@ def checked_readings(missing: Sequence[float | str]) -> tuple[float, ...]:
 
 
 def is_unmeasured(values: FloatArray, missing: Sequence[float | str]) -> BoolArray:
-    """Which samples `missing` says were not measured; shape (samples,)."""
+    """Which samples `missing` says were not measured; shape (samples,). Ends are the largest and the smallest
+    reading where the output stays there."""
     found = np.isin(values, checked_readings(missing))
     if ENDS in missing:
-        found |= np.isin(values, [limit for limit, _, _ in flat_ends(values)])
+        ends = [float(np.nanmax(values)), float(np.nanmin(values))] if np.isfinite(values).any() else []
+        found |= np.isin(values, [limit for limit in ends if len(flat_stretches(values, limit)[0])])
     return found
 
 

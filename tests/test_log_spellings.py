@@ -356,6 +356,21 @@ def test_wrapped_angles(tmp_path: Path, turn: float, centred: bool) -> None:
     np.testing.assert_allclose(record.y, y - y[0], atol=1e-9 * turn)
 
 
+@pytest.mark.parametrize("unit", ["deg", "arcsec", "rad"])
+def test_a_turn_is_in_the_unit_of_the_file(tmp_path: Path, unit: str) -> None:
+    """Whatever the angle is converted to: 90 deg/s at 20 Hz are 16,200 arcsec a sample. A turn that leaves
+    jumps is refused."""
+    y = 350 + 100 * Y
+    path = tmp_path / "log.csv"
+    path.write_bytes(table(STAMPS["s"], header=("time", "u [deg/s]", "y [deg]"), u=100 * U, y=y % 360))
+    options = ReadingOptions(columns=Columns("time"), unwrap=360, units={"output": unit})
+    worth = {"deg": 1.0, "arcsec": 3600.0, "rad": np.pi / 180}[unit]
+    found = Record.read(path, options=options)
+    np.testing.assert_allclose(found.y, (y - y[0]) * worth, atol=2e-9 * worth)
+    with pytest.raises(InputError, match="jumps from .* it wraps at 360 deg"):
+        Record.read(path, options=ReadingOptions(columns=Columns("time"), unwrap=1_296_000))
+
+
 @pytest.mark.parametrize("kinds", [("s", "s"), ("unix_ms", "iso_z"), ("iso_offset", "unix_ns")])
 def test_a_second_clock_is_joined(tmp_path: Path, kinds: tuple[str, str]) -> None:
     shift = 7
