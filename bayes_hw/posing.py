@@ -132,9 +132,9 @@ def rested(records: Sequence[Record], start: Start = "auto") -> tuple[tuple[Reco
 
 
 def first_rest(record: Record) -> int | None:
-    """The sample at which a record first rests, zero where it begins so; None where less than half of it
-    remains behind."""
-    if not begins_in_motion(record.u, record.y, record.sample_rate_hz):
+    """The sample at which a record first rests, zero where it begins so, or may have been moved by a known
+    signal; None where less than half of it remains behind."""
+    if record.known or not begins_in_motion(record.u, record.y, record.sample_rate_hz):
         return 0
     first = _first_rest(record)
     return None if first is None or len(record) - first < LEAST_SHARE * len(record) else first

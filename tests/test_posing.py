@@ -109,6 +109,7 @@ def test_a_diagnosis_begins_where_the_axis_rests() -> None:
     assert begins_in_motion(cut.u, cut.y, RATE_HZ)
     found = from_rest(cut)
     assert 10.0 < found.t[0] < 15.0 and "left out" in found.treatment[-1]
+    assert from_rest(replace(cut, known={"wind": np.ones(len(cut))})).t[0] == cut.t[0]
     restless = (
         whole.window(4.5, 120.0)
         if begins_in_motion(whole.u[90:], whole.y[90:], RATE_HZ)
