@@ -367,7 +367,7 @@ def test_a_turn_is_in_the_unit_of_the_file(tmp_path: Path, unit: str) -> None:
     worth = {"deg": 1.0, "arcsec": 3600.0, "rad": np.pi / 180}[unit]
     found = Record.read(path, options=options)
     np.testing.assert_allclose(found.y, (y - y[0]) * worth, atol=2e-9 * worth)
-    with pytest.raises(InputError, match="jumps from .* it wraps at 360 deg"):
+    with pytest.raises(InputError, match=r"jumps from .* it wraps at 360 deg"):
         Record.read(path, options=ReadingOptions(columns=Columns("time"), unwrap=1_296_000))
 
 

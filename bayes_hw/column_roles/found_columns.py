@@ -82,8 +82,8 @@ def find_columns(
         lines += said
     rate = rate_of(clock, options)
     if rate is None:
-        fault = no_number(table, list(table.values)) or no_clock(table, options)
-        return FoundColumns(options, tuple(lines), (fault,))
+        asked = no_number(table, list(table.values)) or no_clock(table, options)
+        return FoundColumns(options, tuple(lines), (asked,))
     if not own_clocks:
         options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = roles_of(facts, rate, options, command, output)
