@@ -63,7 +63,7 @@ def posed(
         if not record.has_output:
             done.append(record)
             continue
-        begin = record_start(record.u, record.y, record.sample_rate_hz)
+        begin = record_start(record.u, record.y, record.sample_rate_hz, record.measured)
         away = not begin.is_zero and origin == "absolute"
         if start == "auto" and (begin.moving or away):
             free = free or number < len(records)
@@ -88,6 +88,8 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
     known = (
         "" if begin.samples >= FEWEST_REST_SAMPLES else ", few: let records begin with some seconds at rest"
     )
+    if begin.samples == 0:
+        where, known = "the first reading", ", nothing having been measured before it"
     sentence = (
         f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to "
         f"{begin.level_sd:.1g} {unit}{known})"
@@ -130,9 +132,9 @@ def rested(records: Sequence[Record], start: Start = "auto") -> tuple[tuple[Reco
 
 
 def first_rest(record: Record) -> int | None:
-    """The sample at which a record first rests, zero where it begins so; None where less than half of it
-    remains behind."""
-    if not begins_in_motion(record.u, record.y, record.sample_rate_hz):
+    """The sample at which a record first rests, zero where it begins so, or may have been moved by a known
+    signal; None where less than half of it remains behind."""
+    if record.known or not begins_in_motion(record.u, record.y, record.sample_rate_hz):
         return 0
     first = _first_rest(record)
     return None if first is None or len(record) - first < LEAST_SHARE * len(record) else first

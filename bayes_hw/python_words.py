@@ -22,6 +22,7 @@ READING = {
         "gaps",
         "unwrap",
         "known",
+        "missing",
         "reverse",
         "ignore-units",
     )
@@ -31,7 +32,7 @@ READING = {
 FLAGS = ("reverse", "ignore-units")
 
 FAULTS = "swapped|position|scale|stuck|unrelated"
-WORDS = f"none|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h|{FAULTS}"
+WORDS = f"none|ends|rest|free|auto|start|absolute|refuse|split|bridge|ms|us|ns|min|h|{FAULTS}"
 NUMBER = r"[-+]?\d[-+.\de]*(?<![-+.e])"
 VALUE = rf"'[^']*'|\"[^\"]*\"|[A-Z]+\b(?: [A-Z]+\b)*|{NUMBER}(?: {NUMBER}(?![\w.]))?|\w+\.\w+|(?:{WORDS})\b"
 """What follows an option as its value: quoted, place holders in capitals, a number, or one of the words."""
@@ -41,7 +42,7 @@ OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]*)(?: (?P<value>{VALUE}))?")
 
 def python_words(message: str) -> str:
     """A message that names options of the command line, with the arguments of Python in their place."""
-    return OPTION.sub(_argument, message)
+    return re.sub(r"(columns=Columns\([^)]*\)) (?=sample_rate_hz)", r"\1, ", OPTION.sub(_argument, message))
 
 
 def _argument(found: re.Match[str]) -> str:
@@ -56,6 +57,8 @@ def _argument(found: re.Match[str]) -> str:
         return f'units={{"{UNITS[name]}": {literal}}}'
     if name in READING:
         inside = "True" if name in FLAGS else f"({literal.replace(' ', ', ')})" if name == "part" else literal
+        if name == "missing":
+            inside = f"({value if value not in WORDS.split('|') else repr(value)},)".replace("'", '"')
         return f"options=ReadingOptions({READING[name]}={inside})"
     if name == "accept":
         return f"accept=[{literal}]"

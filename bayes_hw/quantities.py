@@ -19,7 +19,8 @@ SPELLINGS = {
     "s": ("sec", "second", "seconds"),
     "deg": ("degree", "degrees", "degs", "°", "º", "arcdeg"),
     "deg/s": (
-        *("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s", "dps", "degps"),
+        *("deg/sec", "degree/s", "degrees/s", "degrees/second", "°/s", "º/s", "dps", "degps", "degs/s"),
+        *("degs/sec", "degree/sec", "degrees/sec", "degree/second", "deg/second"),
         *("deg s-1", "deg s^-1", "deg·s^-1", "deg.s-1", "deg*s^-1", "deg per s", "deg s**-1"),
     ),
     "rad": ("radian", "radians"),

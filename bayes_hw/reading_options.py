@@ -36,7 +36,8 @@ class ReadingOptions:
     clocks is estimated and taken out. `gaps` says what becomes of missing samples, `unwrap` the turn at
     which the angle wraps, `known` further columns; `part_s` the stretch to read, in s after the first sample;
     `reverse` turns the output's sign; with `ignore_units` what the file states as units is wrong and `units`
-    say it.
+    say it. `missing` holds readings, as the file has them, that mean that nothing was measured; "ends" in it
+    those at the ends of the converter, "none" that no reading means so.
 
     Without `needs_output`, a file that lacks the output's column is a command alone.
 
@@ -58,6 +59,7 @@ class ReadingOptions:
     part_s: tuple[float, float] | None = None
     reverse: bool = False
     ignore_units: bool = False
+    missing: tuple[float | str, ...] = ()
     needs_output: bool = True
 
     def __post_init__(self) -> None:

@@ -321,7 +321,7 @@ class Record:
         if not self.has_output or self.measures_speed:
             return ()
         return check_signals(
-            self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input)
+            self.u, self.y, self.sample_rate_hz, speed_of(self.units.output, self.units.input), self.measured
         )
 
     def write(self, path: Path | str) -> None:

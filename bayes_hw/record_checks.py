@@ -185,26 +185,41 @@ def stuck_output(u: FloatArray, y: FloatArray, rate_hz: float, expected: float) 
 
 def saturated_output(y: FloatArray) -> Finding | None:
     """An output that is cut flat at its largest or smallest reading, again and again."""
-    if len(np.unique(y[:4096])) < 64:
+    ends = flat_ends(y)
+    if not ends:
         return None
-    for limit, word in ((float(y.max()), "largest"), (float(y.min()), "smallest")):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
-        starts, stops = edges[::2], edges[1::2]
-        runs = stops - starts >= CLIPPED_RUN
-        inner = runs & (starts > 0) & (stops < len(y))
-        if int(inner.sum()) >= 1 and int(runs.sum()) >= 1 and _is_cut(y, starts[inner], stops[inner], limit):
-            first = int(starts[inner][0])
-            count = int((stops - starts)[runs].sum())
-            return Finding(
-                "clipped",
-                f"{count} samples read exactly {limit:.6g}, the {word} of all, in {_times(int(runs.sum()))} "
-                f"of {CLIPPED_RUN} samples or more: the converter or the sensor is at its end",
-                "leave those stretches out with --part START STOP (s), or record with a wider range",
-                "warning",
-                first=first,
-                stop=int(stops[inner][0]),
-            )
-    return None
+    limit, starts, stops = ends[0]
+    word = "largest" if limit == y.max() else "smallest"
+    return Finding(
+        "clipped",
+        f"{int((stops - starts).sum())} samples read exactly {limit:.6g}, the {word} of all, in "
+        f"{_times(len(starts))} of {CLIPPED_RUN} samples or more: the converter or the sensor is at its end",
+        "give --missing ends to leave them out as not measured, or record with a wider range",
+        "warning",
+        first=int(starts[0]),
+        stop=int(stops[0]),
+    )
+
+
+def flat_ends(y: FloatArray) -> list[tuple[float, IntArray, IntArray]]:
+    """Largest and smallest reading where an output is cut flat there, with the first samples of such
+    stretches and one past their last."""
+    found = []
+    if len(np.unique(y[:4096])) >= 64:
+        for limit in (float(np.nanmax(y)), float(np.nanmin(y))):
+            starts, stops = flat_stretches(y, limit)
+            inner = (starts > 0) & (stops < len(y))
+            if inner.any() and _is_cut(y, starts[inner], stops[inner], limit):
+                found.append((limit, starts, stops))
+    return found
+
+
+def flat_stretches(y: FloatArray, limit: float) -> tuple[IntArray, IntArray]:
+    """First samples of the stretches of one reading, and one past their last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
+    starts, stops = edges[::2], edges[1::2]
+    runs = stops - starts >= CLIPPED_RUN
+    return starts[runs], stops[runs]
 
 
 def _times(count: int) -> str:
@@ -218,9 +233,9 @@ def _is_cut(y: FloatArray, starts: IntArray, stops: IntArray, limit: float) -> b
     if len(ordinary) == 0 or float(np.mean(ordinary == 0)) > 0.2:
         return False
     typical = float(np.median(np.abs(ordinary)))
-    entry = np.abs(y[np.maximum(starts - 1, 0)] - limit)
-    leave = np.abs(y[np.minimum(stops, len(y) - 1)] - limit)
-    return bool(np.any(np.maximum(entry, leave) > 0.25 * typical))
+    entry = np.abs(y[np.maximum(starts - 2, 0)] - limit)
+    leave = np.abs(y[np.minimum(stops + 1, len(y) - 1)] - limit)
+    return bool(np.any(np.maximum(entry, leave) > 0.5 * typical))
 
 
 def _longest_run(y: FloatArray) -> tuple[int, int]:
@@ -269,11 +284,16 @@ def clock_change(t: FloatArray) -> Finding | None:
 
 
 def check_signals(
-    u: FloatArray, y: FloatArray, rate_hz: float, expected: float | None = None
+    u: FloatArray,
+    y: FloatArray,
+    rate_hz: float,
+    expected: float | None = None,
+    measured: BoolArray | None = None,
 ) -> tuple[Finding, ...]:
     """Every finding on one record, its scale apart, the gravest first; `u`, `y` have shape (samples,).
 
-    `expected` as in `wrong_scale`.
+    `expected` as in `wrong_scale`; where y was not `measured`, it stays where it was in between, which is no
+    fault.
     """
     wrapped = wrapped_angle(y)
     if wrapped is not None:
@@ -281,8 +301,11 @@ def check_signals(
     relation_found = related(u, y, rate_hz)
     if relation_found is not None and relation_found.severity == "fatal":
         return (relation_found,)
+    stuck = stuck_output(u, y, rate_hz, expected or 1.0)
+    if stuck is not None and measured is not None and np.mean(measured[stuck.first : stuck.stop]) < 0.5:
+        stuck = None
     found = (
-        stuck_output(u, y, rate_hz, expected or 1.0),
+        stuck,
         relation_found,
         saturated_output(y),
     )

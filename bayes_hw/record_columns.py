@@ -11,6 +11,7 @@ from bayes_hw.formats.table import Table
 from bayes_hw.log import time_stamps
 from bayes_hw.python_words import python_words
 from bayes_hw.record_checks import clock_change
+from bayes_hw.unmeasured import mark_of_angle, mark_of_command
 
 RATE_TOLERANCE = 0.01
 """Largest relative difference between a given sample rate and that of the time stamps."""
@@ -33,6 +34,9 @@ def uniform_columns(
             raise InputError(f"record {name}: neither time nor rate; give t=..., or sample_rate_hz in Hz")
         return np.arange(len(command)) / sample_rate_hz, float(sample_rate_hz), command, angle
     stamps = _numbers(name, "t", t)
+    mark = (None if angle is None else mark_of_angle(angle)) or mark_of_command(command)
+    if mark is not None:
+        raise InputError(python_words(f"record {name}: sample {mark.first + 1}: {mark}"))
     change = clock_change(stamps)
     if change is not None:
         raise InputError(python_words(f"record {name}: sample {change.first + 1}: {change}"))

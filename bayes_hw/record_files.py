@@ -202,7 +202,7 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
     said = [*log.said, *part.said]
     units: dict[str, str] = {}
     stated = {} if options.ignore_units else log.units
-    u, y = part.u, part.y
+    u, y = (part.u, part.y) if options.unwrap is None else _without_turns(path, part, log, options)
     known_units = {name: log.units[name] for name in part.known if name in log.units}
     for role in ("input", "output"):
         is_position = role == "input" and options.input_position is not None
@@ -216,18 +216,10 @@ def _content(path: Path, part: Part, log: LogColumns, options: ReadingOptions, d
             else:
                 y = y * factor
     if options.unwrap is not None and part.has_output:
-        turn = options.unwrap
-        y = _unwrapped(y, part.measured, turn)
-        if options.input_position is not None:
-            u = np.unwrap(u, period=turn)
-        said.append(f"angle unwrapped at {turn:g} and counted from its first value, {y[0]:.9g}")
+        said.append(f"angle unwrapped at {options.unwrap:g} and counted from its first value, {y[0]:.9g}")
         y = y - y[0]
     elif part.has_output:
-        fault = wrapped_angle(part.y if part.measured is None else part.y[part.measured])
-        if fault is not None and options.unwrap is None:
-            rows = np.flatnonzero(part.measured_samples)
-            place = log.place_of(part.row_of(int(rows[fault.first])))
-            raise InputError(f"{path}: {place}: {fault}")
+        _refuse_wrap(path, part, log, part.y)
     if options.reverse:
         y = -y
         said.append("output taken with the other sign")
@@ -269,12 +261,27 @@ def _in_unit(
     return factor, with_step(wanted)[1], f"{role} converted from {stated} to {wanted}"
 
 
-def _unwrapped(y: FloatArray, measured: BoolArray | None, turn: float) -> FloatArray:
-    """The angle without jumps; where it was not measured, between its neighbours."""
-    if measured is None:
-        return np.unwrap(y, period=turn)
-    shown = np.flatnonzero(measured)
-    return np.interp(np.arange(len(y)), shown, np.unwrap(y[shown], period=turn))
+def _without_turns(
+    path: Path, part: Part, log: LogColumns, options: ReadingOptions
+) -> tuple[FloatArray, FloatArray]:
+    """Command and angle, in the units of the file, without jumps by a turn; where the angle was not measured,
+    between its neighbours. Raises InputError where it jumps by another turn still."""
+    turn = options.unwrap or 0.0
+    u = part.u if options.input_position is None else np.unwrap(part.u, period=turn)
+    if not part.has_output:
+        return u, part.y
+    shown = np.flatnonzero(part.measured_samples)
+    y = np.interp(np.arange(len(part.y)), shown, np.unwrap(part.y[shown], period=turn))
+    _refuse_wrap(path, part, log, y)
+    return u, y
+
+
+def _refuse_wrap(path: Path, part: Part, log: LogColumns, y: FloatArray) -> None:
+    """Raise InputError where the angle, shape (samples,), jumps by a turn."""
+    rows = np.flatnonzero(part.measured_samples)
+    fault = wrapped_angle(y[rows])
+    if fault is not None:
+        raise InputError(f"{path}: {log.place_of(part.row_of(int(rows[fault.first])))}: {fault}")
 
 
 def _those_that_move(
@@ -320,7 +327,13 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
             raise InputError(
                 f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
                 f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
-                "larger unit" + (", such as --time-unit ms" if role == "time" else "")
+                "larger unit"
+                + (", such as --time-unit ms" if role == "time" else "")
+                + (
+                    ""
+                    if role == "time"
+                    else f", or, where it means nothing, --missing {values[largest]:.15g}"
+                )
             )
 
 

@@ -183,7 +183,10 @@ def _refuse_missing(path: Path, log: LogColumns, grids: Sequence[Grid]) -> None:
 
 def _refuse_unmeasured(path: Path, log: LogColumns, options: ReadingOptions) -> None:
     for role, values in (("input", log.u), ("output", log.y)):
-        empty = np.zeros(0, dtype=np.int64) if values is None else np.flatnonzero(~np.isfinite(values))
+        is_empty = np.zeros(0, dtype=np.bool_) if values is None else ~np.isfinite(values)
+        if role == "output" and log.is_marked is not None:
+            is_empty &= ~log.is_marked
+        empty = np.flatnonzero(is_empty)
         if len(empty):
             raise InputError(
                 f"{path}: {log.place_of(int(empty[0]))}, {log.kind} {options.wanted[role]!r}: empty cell "
@@ -198,6 +201,8 @@ def _parts_of(log: LogColumns, options: ReadingOptions, grid: Grid) -> list[Part
     u, y = _on_grid(log.u[rows], grid), None if log.y is None else _on_grid(log.y[rows], grid)
     known = {name: _on_grid(values[rows], grid) for name, values in log.known.items()}
     present = np.isfinite(u) if y is None else np.isfinite(u) & np.isfinite(y)
+    if log.is_marked is not None:
+        present |= np.isfinite(u) & (_on_grid(log.is_marked[rows], grid) == 1)
     nearest = rows[np.searchsorted(grid.places, np.arange(grid.samples), side="right") - 1]
     keeps_stamps = log.is_plain and not grid.missing and grid.jitter == 0
     found = []

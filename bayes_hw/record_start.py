@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray
 
 SECOND_DIFFERENCE_SD = np.sqrt(6.0)
 """Standard deviation of second differences of white noise of sd one."""
@@ -64,14 +64,19 @@ class RecordStart:
         return abs(self.level) <= BEYOND_NOISE * self.noise
 
 
-def record_start(u: FloatArray, y: FloatArray, rate_hz: float) -> RecordStart:
-    """What the beginning of command and angle, both (samples,), says.
+def record_start(
+    u: FloatArray, y: FloatArray, rate_hz: float, measured: BoolArray | None = None
+) -> RecordStart:
+    """What the beginning of command and angle, both (samples,), says; where nothing was `measured` there, the
+    level is that of the first reading, as uncertain as the record is long, the mean of no samples.
 
     The level is the mean over the samples during which the command cannot have moved the axis by more than
     the noise; where these are fewer than three and the first is an outlier, the median of the first three.
     """
     noise = reading_noise(y)
     samples = _samples_at_rest(u, y, rate_hz, noise)
+    if measured is not None and not measured[:samples].any():
+        return RecordStart(float(y[0]), float(np.ptp(y)), 0, noise, begins_in_motion(u, y, rate_hz))
     level = float(np.mean(y[:samples]))
     if samples < 3 and abs(level - float(np.median(y[:3]))) > BEYOND_NOISE * noise:
         samples, level = 3, float(np.median(y[:3]))

@@ -229,7 +229,7 @@ def test_a_gear_can_be_stated(records: tuple[Record, ...]) -> None:
     ("message", "words"),
     [
         ("resample with --resample 20", "resample with resample_hz=20"),
-        ("give --time none --sample-rate RATE", "give columns=Columns(time=None) sample_rate_hz=RATE"),
+        ("give --time none --sample-rate RATE", "give columns=Columns(time=None), sample_rate_hz=RATE"),
         ("map one with --input NAME", 'map one with columns=Columns(input="NAME")'),
         (
             "exchange --input and --output",

@@ -70,3 +70,37 @@ def test_the_one_option_that_is_asked_for_is_enough(tmp_path: Path) -> None:
     path = written(tmp_path / "log.csv", t=T, a_cmd=U, a_pos=Y, b_cmd=OTHER_U, b_pos=OTHER_Y)
     record = Record.read(path, columns=Columns(output="b_pos"))
     np.testing.assert_array_equal(record.u, OTHER_U)
+
+
+def test_the_number_of_a_row_is_no_clock(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", n=np.arange(len(T)), u=U, y=Y)
+    with pytest.raises(InputError, match="which column is the clock"):
+        Record.read(path)
+    record = Record.read(path, sample_rate_hz=RATE_HZ, columns=Columns(None))
+    np.testing.assert_array_equal(record.y, Y)
+
+
+def test_whole_seconds_beside_their_fractions(tmp_path: Path) -> None:
+    """Neither is the clock; the rate that they have is said."""
+    path = written(tmp_path / "log.csv", sec=np.floor(T), nsec=1e9 * (T % 1), u=U, y=Y)
+    with pytest.raises(InputError, match="sample_rate_hz=20"):
+        Record.read(path)
+
+
+@pytest.mark.parametrize(("row", "column", "cell"), [(700, 2, "inf"), (3, 1, "off"), (1499, 0, "Total")])
+def test_the_cell_that_is_no_number_is_named(tmp_path: Path, row: int, column: int, cell: str) -> None:
+    """Not that its column is text, also where columns are to be found."""
+    path = written(tmp_path / "log.csv", when=T, a=U, b=Y)
+    lines = path.read_text().splitlines()
+    cells = lines[row + 1].split(",")
+    cells[column] = cell
+    path.write_text("\n".join([*lines[: row + 1], ",".join(cells), *lines[row + 2 :]]) + "\n")
+    with pytest.raises(InputError, match=rf"row {row + 2}, .*'{cell}' is no number as the others are"):
+        Record.read(path)
+
+
+def test_a_name_that_is_there_twice_is_named(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", time=T, vel=U, pos=Y)
+    path.write_text("time,pos,pos\n" + path.read_text().split("\n", 1)[1])
+    with pytest.raises(InputError, match="column 'pos' is there twice"):
+        Record.read(path)

@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bayes_hw.errors import InputError
+from bayes_hw.log.clock import read_stamps
 from bayes_hw.reading_options import Columns, ReadingOptions
 from bayes_hw.record import Record
 
@@ -354,6 +356,21 @@ def test_wrapped_angles(tmp_path: Path, turn: float, centred: bool) -> None:
     np.testing.assert_allclose(record.y, y - y[0], atol=1e-9 * turn)
 
 
+@pytest.mark.parametrize("unit", ["deg", "arcsec", "rad"])
+def test_a_turn_is_in_the_unit_of_the_file(tmp_path: Path, unit: str) -> None:
+    """Whatever the angle is converted to: 90 deg/s at 20 Hz are 16,200 arcsec a sample. A turn that leaves
+    jumps is refused."""
+    y = 350 + 100 * Y
+    path = tmp_path / "log.csv"
+    path.write_bytes(table(STAMPS["s"], header=("time", "u [deg/s]", "y [deg]"), u=100 * U, y=y % 360))
+    options = ReadingOptions(columns=Columns("time"), unwrap=360, units={"output": unit})
+    worth = {"deg": 1.0, "arcsec": 3600.0, "rad": np.pi / 180}[unit]
+    found = Record.read(path, options=options)
+    np.testing.assert_allclose(found.y, (y - y[0]) * worth, atol=2e-9 * worth)
+    with pytest.raises(InputError, match=r"jumps from .* it wraps at 360 deg"):
+        Record.read(path, options=ReadingOptions(columns=Columns("time"), unwrap=1_296_000))
+
+
 @pytest.mark.parametrize("kinds", [("s", "s"), ("unix_ms", "iso_z"), ("iso_offset", "unix_ns")])
 def test_a_second_clock_is_joined(tmp_path: Path, kinds: tuple[str, str]) -> None:
     shift = 7
@@ -491,12 +508,69 @@ def test_the_newest_first(tmp_path: Path, kind: str) -> None:
 
 
 def test_an_abbreviated_zone(tmp_path: Path) -> None:
-    """One throughout is left out; two are a clock that went over to summer time."""
+    """Left out; two are a clock that went over to summer time, whose hour the option takes out."""
     assert_same(read(tmp_path / "log.csv", table(iso(" ", milliseconds, " CET"))))
-    stamps = iso(" ", milliseconds, " CET")
-    stamps[200:] = iso(" ", milliseconds, " CEST")[200:]
-    with pytest.raises(InputError, match=r"go from CET to CEST, .* give stamps in UTC"):
+    stamps = iso(" ", milliseconds, " CET", 1)
+    stamps[200:] = iso(" ", milliseconds, " CEST", 2)[200:]
+    with pytest.raises(
+        InputError, match=r'row 202: the clock jumps forward by an hour.* give .*gaps="bridge"'
+    ):
         read(tmp_path / "log.csv", table(stamps))
+    assert_same(read(tmp_path / "log.csv", table(stamps), gaps="bridge"))
+
+
+@pytest.mark.parametrize("start", [
+    dt.datetime(2026, 3, 29, 0, 59, 50, tzinfo=dt.UTC),
+    dt.datetime(2026, 10, 25, 0, 59, 50, tzinfo=dt.UTC),
+    dt.datetime(2026, 7, 1, 21, 4, 7, tzinfo=dt.UTC),
+])  # fmt: skip
+@pytest.mark.parametrize("form", ["{} Europe/Berlin", "{}[Europe/Berlin]", "{}+{}[Europe/Berlin]"])
+def test_a_zone_named_by_a_place(tmp_path: Path, start: dt.datetime, form: str) -> None:
+    """The record is in UTC, also where summer time begins or ends within it."""
+    local = [
+        (start + dt.timedelta(milliseconds=50 * int(k))).astimezone(ZoneInfo("Europe/Berlin")) for k in K
+    ]
+    stamps = [form.format(f"{m:%Y-%m-%d %H:%M:%S}{milliseconds(m)}", f"{m:%z}"[1:3] + ":00") for m in local]
+    assert_same(read(tmp_path / "log.csv", table(stamps)))
+    assert read_stamps(np.array(stamps)).origin_ns == round(start.timestamp() * 1e9)
+
+
+def test_a_place_without_a_zone_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"row 2, .*Nowhere/City' names a zone that is not known"):
+        read(tmp_path / "log.csv", table(iso(" ", milliseconds, " Nowhere/City")))
+
+
+@pytest.mark.parametrize(("header", "units"), [
+    (("seconds", "deg/s", "deg"), ("deg/s", "deg")),
+    (("time", "rpm", "rad"), ("rpm", "rad")),
+    (("time", "deg/sec", "degrees"), ("deg/s", "deg")),
+])  # fmt: skip
+def test_columns_named_by_their_units(
+    tmp_path: Path, header: tuple[str, ...], units: tuple[str, str]
+) -> None:
+    record = read(tmp_path / "log.csv", table(STAMPS["s"], header=header), columns=Columns(*header))
+    assert_same(record)
+    assert (record.units.input, record.units.output) == units
+
+
+def test_a_name_that_is_a_unit_of_time(tmp_path: Path) -> None:
+    hours = [f"{t / 3600:.12f}" for t in T]
+    content = table(hours, header=("hours", "u", "y"))
+    assert_same(read(tmp_path / "log.csv", content, columns=Columns("hours")), 1e-5)
+
+
+@pytest.mark.parametrize("cut", [4, 9, 12])
+def test_a_row_cut_off_in_its_midst_is_left_out_and_said(tmp_path: Path, cut: int) -> None:
+    record = read(tmp_path / "log.csv", table(STAMPS["s"])[:-cut])
+    np.testing.assert_allclose(record.y, Y[:-1], atol=1e-12)
+    assert "the last row, cut off in its midst, left out" in record.treatment
+    whole = read(tmp_path / "log.csv", table(STAMPS["s"])[:-1])
+    assert_same(whole)
+
+
+def test_json_under_another_ending(tmp_path: Path) -> None:
+    rows = [{"time": float(t), "u": float(a), "y": float(b)} for t, a, b in zip(T, U, Y, strict=True)]
+    assert_same(read(tmp_path / "log.txt", json.dumps(rows, indent=1).encode()))
 
 
 @pytest.mark.parametrize("gaps", ["bridge", "split"])

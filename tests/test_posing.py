@@ -58,6 +58,16 @@ def test_a_record_from_zero_or_with_absolute_angles_is_left_alone() -> None:
     assert "begins at 134.2" in absolute.notes[0]
 
 
+def test_a_beginning_that_was_not_measured_tells_no_level() -> None:
+    """The level is free, which "known to" says; a record whose first seconds were measured keeps its own."""
+    plain = slewing(60.0, rest=5.0)
+    for first, free in ((200, True), (20, False)):
+        y = np.where(np.arange(len(plain)) < first, plain.y[first], plain.y) + 134.2
+        found = posed([replace(plain, y=y, measured=np.arange(len(plain)) >= first)]).records[0]
+        assert (found.level_sd > 1.0) == free
+        assert ("nothing having been measured before it" in found.treatment[-1]) == free
+
+
 def test_a_glitch_in_the_first_sample_is_no_level() -> None:
     glitched = slewing(60.0)
     glitched.y[0] = 5.0
@@ -99,6 +109,7 @@ def test_a_diagnosis_begins_where_the_axis_rests() -> None:
     assert begins_in_motion(cut.u, cut.y, RATE_HZ)
     found = from_rest(cut)
     assert 10.0 < found.t[0] < 15.0 and "left out" in found.treatment[-1]
+    assert from_rest(replace(cut, known={"wind": np.ones(len(cut))})).t[0] == cut.t[0]
     restless = (
         whole.window(4.5, 120.0)
         if begins_in_motion(whole.u[90:], whole.y[90:], RATE_HZ)

@@ -84,7 +84,7 @@ def test_a_missing_column_is_answered_with_those_there_are_and_the_option(tmp_pa
         "no column 'v' for the input; it has 'time', 'command', 'angle': map one with "
         'columns=Columns(input="NAME")'
     )
-    assert "columns=Columns(time=None) sample_rate_hz=RATE" in refusal(path, columns=Columns("stamp"))
+    assert "columns=Columns(time=None), sample_rate_hz=RATE" in refusal(path, columns=Columns("stamp"))
 
 
 def test_columns_that_nobody_named_are_found_where_there_is_no_choice(tmp_path):
@@ -192,7 +192,7 @@ def test_repeated_and_backward_stamps_are_refused_with_the_row(tmp_path, stamp, 
     message = refusal(write_csv(tmp_path / "a.csv", t, u, y), resample_hz=resample_hz)
     assert (
         message.startswith(f"row 42: {complaint}")
-        and "columns=Columns(time=None) sample_rate_hz=RATE" in message
+        and "columns=Columns(time=None), sample_rate_hz=RATE" in message
     )
 
 

@@ -20,6 +20,10 @@ CLOCK_NAME = re.compile(r"(^|[_. ])(t|time|timestamp|stamp|clock)([_. ]|$)|time$
 """Names of columns that may be the clock of a signal."""
 
 
+WHOLE_SECONDS = ("sec", "secs", "seconds", "tv_sec")
+"""Names of stamps whose fractions stand in another column."""
+
+
 def rows_of(table: Table) -> int:
     """Rows of the longest column."""
     return max((len(values) for values in table.values.values()), default=0)
@@ -39,9 +43,25 @@ def clock_of(table: Table, options: ReadingOptions) -> tuple[Stamps | None, str 
             return stamps, name, "by its name"
     for name in names:
         stamps = _stamps(table, name)
-        if stamps is not None and _increases(stamps.seconds) and _is_even(stamps.seconds):
+        if stamps is None or _counts_rows(table, name) or _goes_back(stamps.seconds):
+            continue
+        if _increases(stamps.seconds) and _is_even(stamps.seconds):
             return stamps, name, "it increases evenly"
     return None, None, ""
+
+
+def _counts_rows(table: Table, name: str) -> bool:
+    """Whether a column numbers the rows, from 0 or 1, and states no unit of time."""
+    values = table.values[name]
+    if values.dtype.kind in "UO" or len(values) < 2 or name in table.units:
+        return False
+    return values[0] in (0, 1) and bool((np.diff(values) == 1).all())
+
+
+def _goes_back(t: FloatArray) -> bool:
+    """Whether stamps rise and fall, as the fractions of a second beside whole ones do."""
+    steps = np.diff(t[np.isfinite(t)])
+    return bool((steps > 0).any() and (steps < 0).any())
 
 
 def on_one_clock(table: Table, options: ReadingOptions) -> tuple[Table, Stamps | None]:
@@ -96,7 +116,11 @@ def no_clock(table: Table, options: ReadingOptions) -> str:
     if rows_of(table) < 4:
         return f"holds {rows_of(table)} rows of data; give a log with samples"
     asked = options.columns.time
-    named = [name for name in table.values if name == asked or is_time_name(name)]
+    named = [
+        name
+        for name in table.values
+        if name == asked or is_time_name(name) or name.casefold() in WHOLE_SECONDS
+    ]
     if named:
         try:
             seconds = read_stamps(table.values[named[0]], named[0], table.units.get(named[0])).seconds

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.column_roles.reading_step import lattice
-from bayes_hw.formats.header import unit_of
+from bayes_hw.formats.header import quantity_of, unit_of
 from bayes_hw.formats.table import Table
+from bayes_hw.formats.text_layout import is_value
 from bayes_hw.record_checks import turn_of
 
 MOST_READINGS = 2**17
@@ -50,6 +52,22 @@ def column_facts(name: str, table: Table, values: FloatArray) -> ColumnFacts:
         quantisation_step(shown),
         turn_of(shown),
     )
+
+
+def no_number(table: Table, names: Collection[str]) -> str | None:
+    """The first cell, in a column most of whose cells are numbers, that is none, and where it stands."""
+    for name in names:
+        cells = table.values[name]
+        if cells.dtype.kind not in "UO":
+            continue
+        is_good = [is_value(str(cell)) or quantity_of(str(cell)) is not None for cell in cells]
+        if sum(is_good) > len(is_good) / 2 and not all(is_good):
+            at = is_good.index(False)
+            return (
+                f"{table.place(at)}, {table.kind} {name!r}: {str(cells[at])[:40]!r} is no number as the "
+                "others are; correct it or remove the row"
+            )
+    return None
 
 
 def quantisation_step(values: FloatArray) -> float | None:

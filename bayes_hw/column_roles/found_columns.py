@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from bayes_hw.column_roles.clock_column import (
     rows_of,
     second_clock,
 )
-from bayes_hw.column_roles.column_facts import ColumnFacts, column_facts, filled, line_of, moves
+from bayes_hw.column_roles.column_facts import ColumnFacts, column_facts, filled, line_of, moves, no_number
 from bayes_hw.column_roles.roles import roles_of
 from bayes_hw.column_roles.whole_table import whole_table
 from bayes_hw.errors import InputError
@@ -81,15 +82,28 @@ def find_columns(
         lines += said
     rate = rate_of(clock, options)
     if rate is None:
-        return FoundColumns(options, tuple(lines), (no_clock(table, options),))
+        asked = no_number(table, list(table.values)) or no_clock(table, options)
+        return FoundColumns(options, tuple(lines), (asked,))
     if not own_clocks:
         options = replace(options, columns=replace(options.columns, time=clock_name))
     options, sentences, questions = roles_of(facts, rate, options, command, output)
+    if questions:
+        texts = [each.name for each in facts if each.name in table.values]
+        fault = _named_twice(table) or no_number(table, texts)
+        questions = questions if fault is None else [fault]
     lines += sentences
     if not questions and options.output_time is None and clock is not None:
         options, sentences = second_clock(table, clock, options)
         lines += sentences
     return FoundColumns(options, tuple(lines), tuple(questions), tuple(e.name for e in facts if moves(e)))
+
+
+def _named_twice(table: Table) -> str | None:
+    """What is asked where the columns that are left have names that others have as well."""
+    twice = [name for name, times in Counter(table.names).items() if times > 1 and name not in table.values]
+    if not twice:
+        return None
+    return f"{table.kind} {twice[0]!r} is there twice, so that its name tells nothing; rename one of them"
 
 
 def may_be_found(lacking: Collection[str], options: ReadingOptions) -> bool:

@@ -43,7 +43,7 @@ def run(parsed: argparse.Namespace) -> None:
     from bayes_hw.commands.speech import say, warn
     from bayes_hw.files import check_output_file
     from bayes_hw.formats.json_file import is_model as is_model_file
-    from bayes_hw.inspection.mends import findings_of
+    from bayes_hw.inspection.mends import after_findings, arguments, findings_of
     from bayes_hw.record import Record
 
     source, out = Path(parsed.source), Path(parsed.out)
@@ -68,13 +68,23 @@ def run(parsed: argparse.Namespace) -> None:
         check_output_file(target, [source])
     for record, target in zip(records, targets, strict=True):
         record.write(target)
+    found = [(record, finding) for record in records for finding in findings_of(record)]
     for record, target in zip(records, targets, strict=True):
         say(f"{target}: {len(record)} samples at {record.sample_rate_hz:g} Hz")
         for treatment in record.treatment:
             say(treatment)
-        for finding in findings_of(record):
-            warn(f"{source}: {finding}")
-    say_next(parsed, "report", *map(str, targets), *options_of(records), "--out", "axis/")
+        for of_record, finding in found:
+            if of_record is record:
+                warn(f"{source}: {finding}")
+    better, _ = after_findings(found, records[0].options)
+    if better is not None:
+        say_next(parsed, "convert", str(source), *arguments(better), "--out", str(out))
+    elif any(finding.severity == "fatal" for _, finding in found):
+        say_next(parsed, "inspect", str(source), *arguments(records[0].options))
+    elif parsed.missing:
+        say_next(parsed, "report", str(source), *arguments(records[0].options), "--out", "axis/")
+    else:
+        say_next(parsed, "report", *map(str, targets), *options_of(records), "--out", "axis/")
 
 
 def options_of(records: Sequence[Record]) -> list[str]:

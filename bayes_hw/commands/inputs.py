@@ -45,6 +45,7 @@ def reading_options(parsed: argparse.Namespace, *, needs_output: bool = True) ->
         part_s=None if parsed.part is None else (parsed.part[0], parsed.part[1]),
         reverse=parsed.reverse,
         ignore_units=parsed.ignore_units,
+        missing=tuple(parsed.missing),
         needs_output=needs_output,
     )
 
@@ -169,7 +170,8 @@ def refuse_faults(
             continue
         if finding.severity == "fatal" and finding.kind not in accepted:
             raise InputError(
-                f"{record.source or record.name}: {finding}; if it is so, give --accept {finding.kind}"
+                f"{record.source or record.name}: {finding}; bayes-hw inspect prints the command that reads "
+                f"it; if it is so, give --accept {finding.kind}"
             )
 
 

@@ -34,6 +34,10 @@ def run(parsed: argparse.Namespace) -> None:
         found = inspect_file(path, options)
         for line in found.lines:
             say(line)
+        if found.choices:
+            say("to read it, whichever is so:")
+        for line in found.answers(path, f"{path.stem}_record.csv"):
+            say(f"  {line}")
         if found.questions:
             raise InputError(f"{path}: {found.questions[0].removeprefix(f'{path}: ')}")
         say("to read it:")

@@ -99,6 +99,14 @@ def add_record_options(parser: argparse.ArgumentParser) -> None:
         " gap, and is taken out by both",
     )
     group.add_argument(
+        "--missing",
+        action="append",
+        default=[],
+        metavar="READING",
+        help="a reading that means that nothing was measured, such as -999; ends: those at either end of the"
+        " converter",
+    )
+    group.add_argument(
         "--part", type=float, nargs=2, metavar=("START", "STOP"), help="read this stretch alone, s"
     )
     group.add_argument("--unwrap", type=float, metavar="TURN", help="the angle wraps at TURN (360, 6.283...)")

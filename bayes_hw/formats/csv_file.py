@@ -27,6 +27,7 @@ from bayes_hw.formats.text_layout import (
     is_value,
     number_of,
 )
+from bayes_hw.formats.torn_row import ends_torn
 
 LONGEST_LINE = 2**20
 ROWS_AT_ONCE = 2**16
@@ -67,6 +68,10 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
         )
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not UTF-8 text; save it as CSV in UTF-8") from None
+    said = layout.said
+    if len(next(iter(columns.values()), ())) < most_rows and ends_torn(path, layout):
+        columns = {name: column[:-1] for name, column in columns.items()}
+        said = (*said, "the last row, cut off in its midst, left out")
     place = _Places(path, layout)
     own = {name: columns.pop(f"\0{name}") for name in clocks}
     for name in text:
@@ -82,7 +87,7 @@ def read_csv(path: Path, wanted: Sequence[str], *, most_rows: int, text: Collect
         units,
         own,
         {name: layout.units[at] for name, at in clocks.items() if layout.units[at]},
-        layout.said,
+        said,
     )
 
 

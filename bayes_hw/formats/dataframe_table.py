@@ -17,11 +17,17 @@ from bayes_hw.formats.table import stated_unit
 
 
 def table_of_dataframe(table: pd.DataFrame, time: str | None) -> Table:
-    """Every column of numbers, text or dates; an index of dates or durations stands for the column `time`
-    where there is no such column."""
+    """Every column of numbers, text or dates; an index that has a name, or holds dates, durations or numbers
+    that are not whole, stands for the column `time` where there is no such column.
+
+    Raises InputError where two columns have one name.
+    """
+    twice = table.columns[table.columns.duplicated()]
+    if len(twice):
+        raise InputError(f"table: column {str(twice[0])!r} is there twice; rename one of them")
     columns = {str(name): table[name] for name in table.columns}
-    is_dated = table.index.dtype.kind in "Mm"
-    if time is not None and time not in columns and is_dated:
+    is_clock = table.index.dtype.kind in "Mmf" or table.index.name is not None
+    if time is not None and time not in columns and is_clock:
         columns[time] = table.index.to_series()
     values: dict[str, Column] = {}
     units: dict[str, str] = {}

@@ -47,6 +47,13 @@ SUFFIXES = {
 }  # fmt: skip
 """Endings of names after an underscore, and the units that they state."""
 
+_UNIT_ALONE = re.compile(
+    r"(?:deg(?:rees?)?|rad(?:ians?)?|mrad|arcsec|arcmin|°)(?:\s*/\s*s(?:ec)?)?|rpm|dps|(?:milli|micro|nano)?seconds"
+    r"|hours|minutes|[mun]s",
+    re.IGNORECASE,
+)
+"""Names of columns that are a unit and nothing else."""
+
 _BRACKETS = re.compile(r"^(.*?)[\s_]*[\[({<]([^\[\](){}<>]*)[\])}>]\s*$", re.DOTALL)
 _INDEX = re.compile(r"\w\[\d+\]$")
 """One of several: `position[0]`."""
@@ -83,6 +90,8 @@ def split_name(cell: str) -> tuple[str, str | None]:
     text = cell.strip()
     if _INDEX.search(text):
         return text, None
+    if _UNIT_ALONE.fullmatch(text):
+        return text, SUFFIXES.get(text.lower(), text)
     for pattern in (_BRACKETS, _SPLITTERS, _SLASH):
         match = pattern.match(text)
         if match and match[1].strip() and looks_like_unit(match[2]):

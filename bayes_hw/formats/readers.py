@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
         return read_bag(path, wanted, most_rows=most_rows)
     if suffix in HDF5 or suffix == ".mat":
         return _with_timetables(path, wanted, clocks, suffix, most_rows)
-    if suffix in (".json", ".jsonl", ".ndjson"):
+    if suffix in (".json", ".jsonl", ".ndjson") or _holds_json(path):
         from bayes_hw.formats.json_file import read_json
 
         return read_json(path, wanted, most_rows=most_rows, text=clocks)
@@ -67,6 +68,15 @@ PACKED = {
     b"ARROW1": "is an Arrow (Feather) file; save it as Parquet or CSV",
 }
 """First bytes of files that hold no text, and what to do with them."""
+
+
+JSON = re.compile(rb'(?:\xef\xbb\xbf)?\s*(?:\[\s*)?\{\s*"')
+"""How a file begins that holds an object, or a list of them."""
+
+
+def _holds_json(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return JSON.match(stream.read(64)) is not None
 
 
 def _refuse_packed(path: Path) -> None:

@@ -174,6 +174,11 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
         stripped = {i: _cells(lines[i].lstrip(" #%!/;\"'"), separator) for i in before}
         commented = [i for i in before if _is_header(stripped[i], columns)]
         header = [stripped[i] for i in commented if len(stripped[i]) == columns or columns < 2]
+    if not header and separator == "," and any(2 * len(rows[i]) == columns for i in before):
+        raise InputError(
+            f"{path}: rows have two cells for each name of the header: decimal commas between commas; write "
+            "semicolons between the columns, or decimal points"
+        )
     names, row_units = _names_and_units(header)
     if first is not None and (paired := paired_header([rows[i] for i in before], columns)) is not None:
         names, row_units = paired

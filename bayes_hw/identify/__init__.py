@@ -1,10 +1,10 @@
-"""identify(records, *, seed=1, name=None, start="auto", origin="start") -> IdentifiedAxis
+"""identify(records, *, seed=1, name=None, start="auto", origin="start", accept=()) -> IdentifiedAxis
 
 The four-step estimate of a Hammerstein-Wiener model from one Record or several of one axis; as `bayes-hw
 identify`. `sample` and `diagnose` take it, or its `.model`. `name` is the model's; `start` is "rest", "free"
 (the initial state of every record is estimated) or "auto"; angles count from where each record begins unless
-`origin` is "absolute". Raises InputError where the records cannot be used. See
-`bayes_hw.interface.identified_axis.identify`.
+`origin` is "absolute"; `accept` names faults of the records to take them in spite of. Raises InputError where
+the records cannot be used. See `bayes_hw.interface.identified_axis.identify`.
 
 In the package are subspace identification, the four steps and the linear baseline.
 

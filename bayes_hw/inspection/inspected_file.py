@@ -17,6 +17,7 @@ from bayes_hw.inspection.mends import (
     findings_of,
     in_one_unit,
     mended,
+    other_units,
     units_to_ask_for,
 )
 from bayes_hw.reading_options import ReadingOptions
@@ -27,15 +28,25 @@ from bayes_hw.record_checks import Finding
 @dataclass(frozen=True)
 class Inspection:
     """What was found: lines to read, the options that read the file as they are typed, and the questions that
-    are open, each naming the option that answers it."""
+    are open, each naming the option that answers it; `choices` are the options of each answer that there may
+    be."""
 
     lines: tuple[str, ...]
     arguments: tuple[str, ...]
     questions: tuple[str, ...]
+    choices: tuple[tuple[str, ...], ...] = ()
 
     def command(self, path: Path, name: str = "convert", out: str = "record.csv") -> str:
         """The exact command line."""
-        return shlex.join(["bayes-hw", name, str(path), *self.arguments, "--out", out])
+        return _line(path, name, self.arguments, out)
+
+    def answers(self, path: Path, out: str) -> list[str]:
+        """The command line of each choice."""
+        return [_line(path, "convert", chosen, out) for chosen in self.choices]
+
+
+def _line(path: Path, name: str, arguments: Sequence[str], out: str) -> str:
+    return shlex.join(["bayes-hw", name, str(path), *arguments, "--out", out])
 
 
 def inspect_file(path: Path, given: ReadingOptions | None = None) -> Inspection:
@@ -86,9 +97,11 @@ def _tried(path: Path, options: ReadingOptions, lines: list[str]) -> Inspection:
         lines += [f"  {said}" for said in record.treatment if said not in lines]
         lines += [f"  look at: {f}" for r, f in found if r is record and f.severity == "warning"]
         lines += [f"  look at: {said}" for said in units_to_ask_for(record)]
-    fatal = next((_named(r, f, records) for r, f in found if f.severity == "fatal"), None)
-    questions = () if fatal is None else (fatal,)
-    return Inspection(tuple(lines), arguments(options), questions)
+    fatal = next(((r, f) for r, f in found if f.severity == "fatal"), None)
+    if fatal is None:
+        return Inspection(tuple(lines), arguments(options), ())
+    choices = tuple(map(arguments, other_units(*fatal, options)))
+    return Inspection(tuple(lines), arguments(options), (_named(*fatal, records),), choices)
 
 
 def _named(record: Record, finding: Finding, records: Sequence[Record]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ from bayes_hw.quantities import COUNTS, mixed
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record import Record
 from bayes_hw.record_checks import Finding
+from bayes_hw.unmeasured import ENDS
 
 FAST = {"deg/s": 720.0, "rad/s": 12.0}
 """A command beyond these, in a unit that no file states, is asked about."""
@@ -50,6 +52,9 @@ def mixed_units(record: Record) -> str | None:
 
 def mended(message: str, options: ReadingOptions) -> ReadingOptions | None:
     """The options with the one that a refusal names."""
+    if "--missing " in message:
+        reading = message.split("--missing ")[1].split()[0].rstrip(";,.")
+        return None if reading in options.missing else replace(options, missing=(*options.missing, reading))
     if "--unwrap " in message and options.unwrap is None:
         turn = message.split("--unwrap ")[1].split()[0].rstrip(";,.")
         return replace(options, unwrap=float(turn))
@@ -84,12 +89,31 @@ def in_one_unit(record: Record, options: ReadingOptions) -> tuple[ReadingOptions
     return replace(options, units={**options.units, "output": unit}), f"{record.name}: {said}"
 
 
+def other_units(record: Record, finding: Finding, options: ReadingOptions) -> list[ReadingOptions]:
+    """The options with each unit that a finding says may be the right one, in place of what the file
+    states."""
+    if finding.kind != "scale":
+        return []
+    found = []
+    for name, given in re.findall(r"\(--(input-unit|output-unit|time-unit) ([^)]+)\)", finding.sentence):
+        unit = shlex.split(given)[0]
+        if name == "time-unit":
+            found.append(replace(options, time_unit=unit))
+            continue
+        held = {role: getattr(record.units, role) for role in record.stated_units if role != "time"}
+        units = {**held, **options.units, name.removesuffix("-unit"): unit}
+        found.append(replace(options, units=units, ignore_units=options.ignore_units or bool(held)))
+    return found
+
+
 def _mending(record: Record, finding: Finding, options: ReadingOptions) -> ReadingOptions | None:
     columns = options.columns
     if finding.kind == "inverted" and not options.reverse:
         return replace(options, reverse=True)
     if finding.kind == "swapped" and options.input_position is None and columns.output is not None:
         return replace(options, columns=replace(columns, input=columns.output, output=columns.input))
+    if finding.kind == "clipped" and ENDS not in options.missing:
+        return replace(options, missing=(*options.missing, ENDS))
     if finding.kind == "stuck" and options.part_s is None:
         rate, length = record.sample_rate_hz, len(record)
         before, after = finding.first, length - finding.stop
@@ -125,6 +149,8 @@ def arguments(options: ReadingOptions) -> tuple[str, ...]:
         found += ["--known", name]
     for path in options.join:
         found += ["--join", str(path)]
+    for reading in options.missing:
+        found += ["--missing", str(reading)]
     if options.part_s is not None:
         found += ["--part", *(f"{limit:g}" for limit in options.part_s)]
     flags = {"--reverse": options.reverse, "--ignore-units": options.ignore_units}

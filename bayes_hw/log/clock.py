@@ -16,12 +16,14 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column
-from bayes_hw.formats.text_layout import MISSING
+from bayes_hw.formats.text_layout import MISSING, NUMBER
 
 if TYPE_CHECKING:
     import pandas as pd
 
 DAY_S = 86_400.0
+HALF_AN_HOUR_NS = 1_800_000_000_000
+UNZONED = " without a zone, taken as UTC"
 UNITS = {
     "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0,
     "ms": 1e-3, "msec": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3,
@@ -47,7 +49,13 @@ SMALLEST_DAY_STEP = 1.2e-4
 """A step of 10 s in days: clocks in days are known by theirs being smaller."""
 
 _PLAIN = re.compile(r"(?:19|20)\d\d-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d{1,9})?Z?")
-_ZONE = re.compile(r"\s*(?:UTC|GMT|utc|gmt)$|\s*\[[^\]]*\]$")
+_ZONE = re.compile(r"\s*(?:UTC|GMT|utc|gmt)$")
+_AFTER_OFFSET = re.compile(r"(?<=\d)(Z|[+-]\d\d:?(?:\d\d)?)\s*\[[^\]]*\]$")
+"""A zone named behind the offset that it has."""
+
+_PLACE = re.compile(r"(?<=\d)\s*\[?([A-Z][A-Za-z_]+(?:/[A-Za-z_+-]+[0-9]*)+)\]?$")
+"""A zone by the name of a place, such as Europe/Berlin."""
+
 _ZONE_NAME = re.compile(r"(?<=\d) ?([A-Z]{3,5})$")
 """Abbreviations of zones say no offset for certain: CST is one of three."""
 
@@ -205,6 +213,13 @@ def _from_text(values: Column) -> Stamps:
     if len(present) == 0:
         raise StampError(0, "there is no time stamp")
     first = str(cells[present[0]])
+    if NUMBER.fullmatch(first):
+        at = next(int(i) for i in present if not NUMBER.fullmatch(str(cells[i])))
+        raise StampError(
+            at,
+            f"time stamp {str(cells[at])[:40]!r} is no number as the others are; correct it or remove "
+            "the row",
+        )
     if _DURATION.fullmatch(first):
         seconds, said = _durations(cells, present), "durations with their units"
         return Stamps(seconds, None, f"{said}, in s")
@@ -258,8 +273,12 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
     import pandas as pd
 
     given, named = _with_numbered_months(pd.Series(cells[present].tolist(), dtype="object"))
+    given = given.str.replace(_AFTER_OFFSET, r"\1", regex=True).str.replace(r"\s*\[UTC\]$", "Z", regex=True)
     given = given.str.replace(_ZONE, "Z", regex=True)
-    given, zone = _without_zone_name(given, present)
+    place = _PLACE.search(given.iloc[0])
+    if place is not None:
+        return _at_a_place(cells, present, given, place[1])
+    given, zone = _without_zone_name(given)
     plain = given.str.replace(r"(?<![\d:])(\d{1,2}:\d{2}:\d{2})[,:](\d+)", r"\1.\2", regex=True)
     plain = plain.str.replace(r"\s+([+-]\d\d:?\d\d)$", r"\1", regex=True)
     plain = plain.str.replace(r"^(\d{4}-\d\d-\d\d)[_ ]+(?=\d)", r"\1T", regex=True)
@@ -271,9 +290,7 @@ def _dates(cells: Column, present: IntArray) -> tuple[IntArray, str]:
             raise StampError(
                 int(present[at]), f"time stamp {str(cells[present[at]])[:40]!r} is not ISO 8601; correct it"
             )
-        zones = (named or "ISO 8601 stamps") + (
-            "" if _has_zone(str(plain.iloc[0])) else " without a zone, taken as UTC"
-        )
+        zones = (named or "ISO 8601 stamps") + ("" if _has_zone(str(plain.iloc[0])) else UNZONED)
         return _nanoseconds(iso), zones + zone
     nanoseconds, said = _other_dates(cells, present, plain)
     return nanoseconds, said + zone
@@ -288,7 +305,7 @@ def _plain_dates(cells: Column) -> tuple[IntArray, str] | None:
         dates = np.char.rstrip(cells, "Z").astype("datetime64[ns]")
     except ValueError:
         return None
-    return dates.astype(np.int64), "ISO 8601 stamps" + ("" if has_zone else " without a zone, taken as UTC")
+    return dates.astype(np.int64), "ISO 8601 stamps" + ("" if has_zone else UNZONED)
 
 
 def _with_numbered_months(given: pd.Series[str]) -> tuple[pd.Series[str], str]:
@@ -305,23 +322,35 @@ def _with_numbered_months(given: pd.Series[str]) -> tuple[pd.Series[str], str]:
     return given.str.replace(form, numbered, regex=True), "dates with the name of the month"
 
 
-def _without_zone_name(given: pd.Series[str], present: IntArray) -> tuple[pd.Series[str], str]:
-    """Stamps without the abbreviation of a zone that all of them have, and what to say of it.
-
-    Raises StampError where it changes: the clock went over to or from summer time.
-    """
-    names = given.str.extract(_ZONE_NAME)[0]
-    first = names.iloc[0]
-    if not isinstance(first, str):
+def _without_zone_name(given: pd.Series[str]) -> tuple[pd.Series[str], str]:
+    """Stamps without the abbreviations of zones behind them, and what to say of it. Where the clock went over
+    to or from summer time they change, and the hour by which it jumps is found as without them."""
+    names = given.str.extract(_ZONE_NAME)[0].dropna().unique().tolist()
+    if not names:
         return given, ""
-    other = np.flatnonzero((names != first).to_numpy())
-    if len(other):
-        raise StampError(
-            int(present[other[0]]),
-            f"time stamps go from {first} to {names.iloc[other[0]]}, a zone of another name; give stamps "
-            "in UTC",
+    return given.str.replace(_ZONE_NAME, "", regex=True), f" ({', '.join(names)} left out)"
+
+
+def _at_a_place(cells: Column, present: IntArray, given: pd.Series[str], place: str) -> tuple[IntArray, str]:
+    """Unix time in ns of local stamps that name a place; raises StampError where no such zone is known, or
+    a stamp is none of its times."""
+    from zoneinfo import ZoneInfo
+
+    import pandas as pd
+
+    local, said = _dates(np.array(given.str.replace(_PLACE, "", regex=True).tolist()), np.arange(len(given)))
+    is_again = np.cumsum(np.diff(local, prepend=local[0]) < -HALF_AN_HOUR_NS) > 0
+    try:
+        dates = pd.DatetimeIndex(local.astype("datetime64[ns]")).tz_localize(
+            ZoneInfo(place), ambiguous=~is_again
         )
-    return given.str.replace(_ZONE_NAME, "", regex=True), f" ({first} left out)"
+    except (ValueError, OSError, KeyError):
+        raise StampError(
+            int(present[0]),
+            f"time stamp {str(cells[present[0]])[:60]!r} names a zone that is not known, or has not this "
+            "hour; give stamps in UTC",
+        ) from None
+    return dates.asi8, f"{said.removesuffix(UNZONED)} at {place}"
 
 
 def _has_zone(text: str) -> bool:

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.log import time_stamps
 from bayes_hw.log.clock import StampError, Stamps, read_stamps
 from bayes_hw.log.clock_offset import clock_offset
+from bayes_hw.log.marked_readings import without_marks
 from bayes_hw.log.time_grid import MOST_BRIDGED
 from bayes_hw.reading_options import ReadingOptions
 from bayes_hw.record_checks import HOUR_S, clock_change
@@ -25,10 +26,9 @@ from bayes_hw.scale_checks import NO_CLOCK
 class LogColumns:
     """Stamps, command, output (None where there is none) and known signals of one log, shape (rows,).
 
-    NaN is what was not measured. `rows` are the rows of the file, which `place` names in its words,
-    `is_clock`
-    whether the stamps are the file's, `is_absolute` whether they were seconds as they are; `clock` as in
-    `bayes_hw.record.Record`.
+    NaN is what was not measured; `is_marked` where the output says so itself, the command being known. `rows`
+    are the rows of the file, which `place` names in its words, `is_clock` whether the stamps are the file's,
+    `is_absolute` whether they were seconds as they are; `clock` as in `bayes_hw.record.Record`.
     """
 
     t: FloatArray
@@ -43,6 +43,7 @@ class LogColumns:
     is_plain: bool
     said: tuple[str, ...]
     clock: str = "s"
+    is_marked: BoolArray | None = None
 
     def place_of(self, index: int) -> str:
         """Where in the file the row of an index stands."""
@@ -57,6 +58,7 @@ class LogColumns:
             y=None if self.y is None else self.y[keep],
             known={name: values[keep] for name, values in self.known.items()},
             rows=self.rows[keep],
+            is_marked=None if self.is_marked is None else self.is_marked[keep],
         )
 
 
@@ -92,6 +94,7 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
     signals: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
     offsets: dict[Path, float] = {}
+    of_output: BoolArray | None = None
     if options.clock_offset is not None and stamps is not None:
         for other_path, other in tables[1:]:
             offsets[other_path], sentence = _offset(tables[0], (other_path, other), stamps, options)
@@ -102,7 +105,10 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         if source is None:
             continue
         other_path, other = source
-        values = _float(other_path, other, name)
+        values = without_marks(other_path, other, name, role, _float(other_path, other, name), options)
+        is_marked = np.isnan(values) & ~np.isnan(_float(other_path, other, name))
+        if is_marked.any():
+            said.append(f"{name!r} not measured at {is_marked.sum()} samples, by the readings there")
         own = _own_clock(other_path, other, name, role, options, is_first=other is table)
         if own is not None and stamps is not None:
             behind = 0.0 if other is table else offsets.get(other_path, 0.0)
@@ -112,6 +118,8 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         if len(values) != len(t):
             raise _lengths(path, table, [n for n in wanted.values() if n in table.values])
         signals[role] = values
+        if role == "output" and own is None and is_marked.any():
+            of_output = is_marked
         if name in other.units:
             units[role] = other.units[name]
     log = LogColumns(
@@ -127,6 +135,7 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         stamps is None or stamps.origin_ns is None,
         tuple(said),
         NO_CLOCK if stamps is None else stamps.unit,
+        of_output,
     )
     is_joined = len(tables) > 1 or bool(table.clocks) or options.output_time is not None
     log = _without_summer_time(path, _oldest_first(log), options)

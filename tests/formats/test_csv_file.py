@@ -118,7 +118,7 @@ def test_rows_are_counted_as_in_the_file_when_some_are_blank(tmp_path):
 @pytest.mark.parametrize("cell", ["", "  ", "nan", "NaN", "NULL", "null", "N/A", "None"])
 def test_an_empty_cell_is_unmeasured(tmp_path, cell):
     path = tmp_path / "a.csv"
-    path.write_text(GOOD + f"4.0,{cell},1\n4.1,2")
+    path.write_text(GOOD + f"4.0,{cell},1\n4.1,2\n")
     table = read(path)
     assert np.isnan(table.values["u"][40]) and np.isnan(table.values["y"][41])
     assert (table.values["y"][40], table.values["u"][41]) == (1.0, 2.0)

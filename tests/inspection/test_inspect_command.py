@@ -103,7 +103,32 @@ def test_what_one_option_mends_is_mended_in_the_command(
     assert main(["inspect", str(path)]) == 0
     convert, _ = commands(capsys.readouterr().out)
     assert option in shlex.join(convert)
-    assert main([*convert[:-1], str(tmp_path / "out.csv"), "--quiet"]) == 0
+    out = str(tmp_path / "out.csv")
+    assert main([*convert[:-1], out, "--quiet"]) == 0
+    if option not in ("--output-unit deg", "--input-position u"):
+        assert main(["convert", str(path), "--out", out]) == 0
+        assert f"next: bayes-hw convert {path} {option} --out {out}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("header", "columns", "right"), [
+    ("t [s],u [deg/s],y [deg]", (T, U, np.radians(Y)), "--output-unit rad --ignore-units"),
+    ("t,u,y", (T / 60, U, Y), "--time-unit min"),
+])  # fmt: skip
+def test_what_may_be_several_units_has_a_command_for_each(
+    tmp_path: Path,
+    header: str,
+    columns: tuple[np.ndarray, ...],
+    right: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The right one among them reads the record without a question."""
+    path = write(tmp_path / "log.csv", header, *columns)
+    assert main(["inspect", str(path)]) == 2
+    found = [one for one in commands(capsys.readouterr().out) if right in shlex.join(one)]
+    assert len(found) == 1
+    assert main([*found[0][:-1], str(tmp_path / "out.csv")]) == 0
+    shown = capsys.readouterr()
+    assert "warning" not in shown.err and "next: bayes-hw report" in shown.out
 
 
 @pytest.mark.parametrize(("columns", "asked"), [

@@ -156,3 +156,14 @@ def test_answers_are_short(
 
 def test_a_name_is_no_markup() -> None:
     assert "<b>" not in Record.from_arrays(T, U, Y, name="<b>x</b>")._repr_html_()
+
+
+def test_an_index_that_is_a_clock() -> None:
+    """One that has a name or fractions; the number of a row is none. A name twice is refused."""
+    table = pd.DataFrame({"t": T, "u": U, "y": Y})
+    for indexed in (table.set_index("t"), pd.DataFrame({"u": U, "y": Y}, index=T)):
+        found = Record.from_dataframe(indexed)
+        np.testing.assert_allclose(found.t, T)
+        np.testing.assert_array_equal(found.y, Y)
+    with pytest.raises(hw.InputError, match="column 'y' is there twice"):
+        Record.from_dataframe(pd.concat([table, table["y"]], axis=1))
