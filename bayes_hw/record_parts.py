@@ -202,7 +202,7 @@ def _parts_of(log: LogColumns, options: ReadingOptions, grid: Grid) -> list[Part
     known = {name: _on_grid(values[rows], grid) for name, values in log.known.items()}
     present = np.isfinite(u) if y is None else np.isfinite(u) & np.isfinite(y)
     if log.is_marked is not None:
-        present |= np.isfinite(u) & (_on_grid(log.is_marked[rows], grid) == 1)
+        present |= np.isfinite(u) & (_on_grid(log.is_marked[rows].astype(np.float64), grid) == 1)
     nearest = rows[np.searchsorted(grid.places, np.arange(grid.samples), side="right") - 1]
     keeps_stamps = log.is_plain and not grid.missing and grid.jitter == 0
     found = []
