@@ -98,13 +98,13 @@ def starting_point(
     modes = [(coordinates, covariance), *others]
     heights = target(np.stack([one[0] for one in modes]))
     modes = [modes[i] for i in np.argsort(-heights) if i == np.argmax(heights) or np.isfinite(heights[i])]
-    first, *further = (_along_the_plain(target, *one) for one in modes)
+    first, *further = (along_the_plain(target, *one) for one in modes)
     mode, *beside = first
     others = [*beside, *(place for one in further for place in one)]
     return StartingPoint(*mode, noise, sampled, starts, tuple(others), power)
 
 
-def _along_the_plain(
+def along_the_plain(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Mode and covariance with flat directions moved into the plain and given half the prior's width, and
