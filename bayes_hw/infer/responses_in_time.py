@@ -24,7 +24,7 @@ SAMPLES = 256
 """Of one record, at most."""
 
 FADED = 1e-30
-"""A response so small is none; commands are off zero by as little, since numbers near the smallest are slow."""
+"""A response so small is none; commands are off zero by as little: numbers near the smallest are slow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +148,7 @@ def _fill(  # type: ignore[no-untyped-def]
     every,
     all_wanted,
 ):
-    """Responses `every` (points, n, equations), zero before, and `all_wanted` (points, equations) in place."""
+    """Responses `every` (points, n, equations), zero before, `all_wanted` (points, equations), in place."""
     n_real, n_pairs = len(weighed), pair_poles.shape[1]
     n_free = len(free_real) + 2 * len(free_pairs)
     for k in range(len(every)):

@@ -278,8 +278,8 @@ def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
 def loosen_flat_directions(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray
 ) -> bool:
-    """Move each flat direction half a prior width onto its plain and make it as wide, in place; whether a peak
-    has given way to a plain.
+    """Move each flat direction half a prior width onto its plain and make it as wide, in place; whether a
+    peak has given way to a plain.
 
     On the plain the records say nothing of it that others would have to make up for: these have the
     covariance that they have given it.

@@ -35,7 +35,7 @@ def begun_late(record: Record) -> Record:
 
 @pytest.fixture(scope="module")
 def moving_axis(small_axis: HammersteinWiener) -> HammersteinWiener:
-    """The small axis without dead zone, with two real poles, a pair, a direct term and three samples of delay."""
+    """The small axis without dead zone, two real poles, a pair, a direct term and three samples of delay."""
     rate = small_axis.sample_rate_hz
     pair, zero = Mode(2.0, 0.1).pole(rate), Mode(2.4, 0.3).pole(rate)
     poles = np.array([1.0, 0.6, 0.95, pair, pair.conjugate()])
@@ -82,7 +82,7 @@ def test_there_and_back(centring: CentredWeights) -> None:
 def test_centre_is_where_least_squares_puts_weights_and_states(
     centring: CentredWeights, records: list[Record]
 ) -> None:
-    """At poles and a gain moved from those of the estimate; the samples that are looked at are all there are."""
+    """At poles and a gain moved from those of the estimate; all samples are looked at."""
     axis, rows = centring.axis, list(centring.rows)
     assert len(rows) == 2 + 2 + 1 + 2 * (1 + 2 + 2)
     estimate = axis.nominal.copy()
