@@ -9,9 +9,10 @@ a posterior of weights and poles is then a bent ridge or a funnel. In the coordi
     c = L(p)^T (weights - w(p, g)),    L L^T = A(p)
 
 c is nearly standard normal whatever the poles are: the separation of variables of Golub and Pereyra
-(doi 10.1088/0266-5611/19/2/201), with the weights kept. The map is one to one and its Jacobian is
-exact, so that the density is as it was; what is approximate, products over frequencies under the spectrum of
-the commands inside the limits of the estimate over that of its noise, decides only how straight it becomes.
+(doi 10.1088/0266-5611/19/2/201), with the weights kept. Where records begin in motion the states that they
+begin in are weights too, of free responses of the poles. The map is one to one and its Jacobian is exact, so
+that the density is as it was; what is approximate, responses to the commands inside the limits of the
+estimate under its noise, the dead zone as nothing, decides only how straight it becomes.
 """
 
 from __future__ import annotations
@@ -22,35 +23,29 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.noise import NoiseEstimate
+from bayes_hw.infer.responses_in_frequency import ResponsesInFrequency
+from bayes_hw.infer.responses_in_time import ResponsesInTime
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import ParameterVector
 from bayes_hw.record import Record
 
-GROUPS, GROUPS_OF_A_PAIR = 40, 8
-"""Of frequencies: over the whole band evenly in their logarithms, and more about the resonance of a pair."""
-NARROWEST = 1e-9
-"""Half width of a resonance, radians a sample, that frequencies are grouped about."""
-POINTS_AT_ONCE = 512
-ROUNDING = 1e-10
-"""Of a precision scaled to unit diagonal, added to it: responses that all but coincide."""
+POINTS_AT_ONCE = 32
 
 
 @dataclass(frozen=True, eq=False)
 class CentredWeights:
     """The map between these coordinates and those of the parameters, for points (..., parameters).
 
-    `z` (frequencies,) on the unit circle, `scale` (frequencies,) the square root of the power there over the
-    noise, `left` (frequencies,) the response that the estimate leaves to the weights and the integrator.
+    `rows` are those of the weights, and of initial states where these are free; `responses` says what a unit
+    of each answers.
     """
 
     axis: AxisParameters
     rows: tuple[int, ...]
     gain_row: int | None
-    z: ComplexArray
-    scale: FloatArray
-    left: ComplexArray
+    responses: ResponsesInFrequency | ResponsesInTime
     prior_mean: FloatArray
     prior_precision: FloatArray
 
@@ -66,21 +61,17 @@ class CentredWeights:
         """For an axis, an estimate of its parameters (parameters,), more of them are not looked at, the noise
         there and the power of the likelihood; None where no weight is free."""
         values = values[: len(axis.parameters)]
-        rows = axis.weight_rows
-        if not rows:
+        if not axis.weight_rows:
             return None
+        rows = (*axis.weight_rows, *axis.start_rows)
         priors = [found for row in rows if (found := axis.parameters[row].prior.of_value) is not None]
         gain_row = axis.names.index("velocity_gain") if "velocity_gain" in axis.names else None
-        pairs = axis.linear_batch(values[:, None]).pair_poles[:, 0]
-        z, strength = _grouped_spectrum(values[0], values[1], pairs, noise, records)
-        left = axis.linear_batch(values[:, None]).frequency_response(np.angle(z) / (2 * np.pi), 1.0, 0)[0]
+        kind = ResponsesInTime if axis.start_rows else ResponsesInFrequency
         return cls(
             axis,
             rows,
             gain_row,
-            z,
-            np.sqrt(power * strength),
-            left,
+            kind.of(axis, values, noise, records, power),
             np.array([mean for mean, _ in priors]),
             np.array([1 / sd**2 for _, sd in priors]),
         )
@@ -106,14 +97,8 @@ class CentredWeights:
                 batch = self.axis.linear_batch(values)
             weights = np.ascontiguousarray(flat[part][:, rows])
             _move(
-                np.ascontiguousarray(batch.real_poles[self.axis.free_real].T),
-                np.ascontiguousarray(batch.pair_poles.real.T),
-                np.ascontiguousarray(batch.pair_poles.imag.T),
-                self._per_sample(values),
-                self.z.real.copy(),
-                self.z.imag.copy(),
-                self.scale,
-                np.concatenate([self.left.real, self.left.imag]),
+                *self.responses(batch, self._per_sample(values)),
+                self.responses.rounding,
                 self.prior_precision,
                 self.prior_mean,
                 plain,
@@ -132,59 +117,17 @@ class CentredWeights:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _move(  # type: ignore[no-untyped-def]
-    real_poles,
-    pair_real,
-    pair_imag,
-    per_sample,
-    z_real,
-    z_imag,
-    scale,
-    left,
-    precision,
-    mean,
-    plain,
-    weights,
-    log_jacobian,
+    every, all_wanted, rounding, precision, mean, plain, weights, log_jacobian
 ):
     """Weights (points, n) moved in place, and the log-Jacobian (points,) of going to plain ones."""
-    n_real, bins = real_poles.shape[1], len(scale)
     n = weights.shape[1]
-    rows, wanted = np.empty((n, 2 * bins)), np.empty(2 * bins)
     for k in range(len(weights)):
-        run_real, run_imag = scale.copy(), np.zeros(bins)
-        for i in range(n_real):
-            for f in range(bins):
-                away = z_real[f] - real_poles[k, i]
-                size = 1 / (away * away + z_imag[f] * z_imag[f])
-                real = (run_real[f] * away + run_imag[f] * z_imag[f]) * size
-                run_imag[f] = (run_imag[f] * away - run_real[f] * z_imag[f]) * size
-                run_real[f] = real
-            rows[i, :bins], rows[i, bins:] = run_real, run_imag
-        row = n_real
-        for i in range(pair_real.shape[1]):
-            middle, aside = pair_real[k, i], pair_imag[k, i]
-            for f in range(bins):
-                away = z_real[f] - middle
-                real = away * away - z_imag[f] * z_imag[f] + aside * aside
-                imag = 2 * away * z_imag[f]
-                size = scale[f] / (real * real + imag * imag)
-                rows[row, f] = (away * real + z_imag[f] * imag) * size
-                rows[row, bins + f] = (z_imag[f] * real - away * imag) * size
-                rows[row + 1, f] = aside * real * size
-                rows[row + 1, bins + f] = -aside * imag * size
-            row += 2
-        if row < n:
-            rows[row, :bins], rows[row, bins:] = scale, 0.0
-        for f in range(bins):
-            away = z_real[f] - 1
-            size = per_sample[k] / (away * away + z_imag[f] * z_imag[f])
-            wanted[f] = scale[f] * (left[f] - away * size)
-            wanted[bins + f] = scale[f] * (left[bins + f] + z_imag[f] * size)
+        rows, wanted = every[k], all_wanted[k]
         lower, centre = np.dot(rows, rows.T), np.dot(rows, wanted)
         logarithm = 0.0
         for i in range(n):
             centre[i] += precision[i] * mean[i]
-            lower[i, i] = (lower[i, i] + precision[i]) * (1 + ROUNDING)
+            lower[i, i] = (lower[i, i] + precision[i]) * (1 + rounding)
             for j in range(i + 1):
                 rest = lower[i, j]
                 for m in range(j):
@@ -208,28 +151,3 @@ def _move(  # type: ignore[no-untyped-def]
             weights[k, i] = lower[i, i] * (weights[k, i] - centre[i])
             for m in range(i + 1, n):
                 weights[k, i] += lower[m, i] * (weights[k, m] - centre[m])
-
-
-def _grouped_spectrum(
-    lower: float, upper: float, pairs: ComplexArray, noise: NoiseEstimate, records: Sequence[Record]
-) -> tuple[ComplexArray, FloatArray]:
-    """Points on the unit circle and the power of the commands there over the noise, (groups,) each."""
-    angles, powers = [], []
-    for record in records:
-        spectrum = np.fft.rfft(np.clip(record.u, lower, upper))[1:]
-        angle = 2 * np.pi * np.arange(1, len(spectrum) + 1) / len(record)
-        whitener = 1 - sum(
-            phi * np.exp(-1j * angle * lag) for lag, phi in enumerate(noise.autoregression, start=1)
-        )
-        angles.append(angle)
-        powers.append(2 * np.abs(spectrum * whitener) ** 2 / (len(record) * noise.innovation_sigma**2))
-    angle, power = np.concatenate(angles), np.concatenate(powers)
-    place = GROUPS * np.log(angle / angle.min()) / np.log(np.pi / angle.min())
-    for pole in np.log(pairs):
-        place += (
-            GROUPS_OF_A_PAIR / np.pi * np.arctan((angle - abs(pole.imag)) / max(abs(pole.real), NARROWEST))
-        )
-    _, group = np.unique(np.floor(place), return_inverse=True)
-    total = np.bincount(group, power)
-    centre = np.bincount(group, power * angle) / np.where(total > 0, total, 1.0)
-    return np.exp(1j * centre[total > 0]), np.asarray(total[total > 0], dtype=np.float64)

@@ -21,29 +21,31 @@ FOLLOWING_STEPS = 3
 
 def onto_plains(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray, loss: float
-) -> tuple[list[int], FloatArray]:
-    """The rows of limits beyond which a plain outweighs the peak at `coordinates` (parameters,), and the
-    coordinates half a prior width onto those plains, the axis's other parameters re-estimated there.
+) -> tuple[list[int], FloatArray, FloatArray | None]:
+    """The rows of limits beyond which a plain outweighs the peak at `coordinates` (parameters,), the
+    coordinates half a prior width onto those plains, the axis's other parameters re-estimated there, and
+    their information there (None without any): a limit hides from the others what it takes off the command.
 
     A plain outweighs the peak when its log-likelihood is lower by less than `loss` and the logarithm of the
     two widths' ratio.
     """
-    current, rows = coordinates.copy(), []
+    current, rows, information = coordinates.copy(), [], None
     for row, name in enumerate(target.axis.names):
         if name not in LIMITS:
             continue
         moved = current.copy()
         moved[row] += prior_sd[row]
-        followed = _followed(target, moved, prior_sd, row)
-        if followed is None:
+        found = _followed(target, moved, prior_sd, row)
+        if found is None:
             continue
+        followed, there = found
         width = float(np.sqrt(covariance[row, row]))
         allowed = loss + max(0.0, float(np.log(prior_sd[row] / width)))
         if _log_likelihood(target, followed) > _log_likelihood(target, current) - allowed:
             followed[row] -= 0.5 * prior_sd[row]
-            current = followed
+            current, information = followed, there
             rows.append(row)
-    return rows, current
+    return rows, current, information
 
 
 def _log_likelihood(target: LogPosterior, coordinates: FloatArray) -> float:
@@ -54,10 +56,10 @@ def _log_likelihood(target: LogPosterior, coordinates: FloatArray) -> float:
 
 def _followed(
     target: LogPosterior, coordinates: FloatArray, prior_sd: FloatArray, row: int
-) -> FloatArray | None:
-    """Coordinates with all of the axis but `row` moved by Gauss-Newton; None where this is no plain: the
-    information about `row` is larger than the prior's, or another parameter would have to move by more than
-    its prior's width."""
+) -> tuple[FloatArray, FloatArray] | None:
+    """Coordinates with all of the axis but `row` moved by Gauss-Newton, and the information about the axis
+    before the last step; None where this is no plain: the information about `row` is larger than the prior's,
+    or another parameter would have to move by more than its prior's width."""
     axis, count = target.axis, len(prior_sd)
     noise = as_values(target.noise, coordinates[count:, None])[:, 0]
     correlated = np.array([parameter.name.startswith("noise.partial") for parameter in target.noise])
@@ -82,9 +84,10 @@ def _followed(
         slopes = (measured[count + 1 :] - measured[1 : count + 1]) / (2 * DIFFERENCE_STEP * innovation_sigma)
         if not np.isfinite(measured).all() or np.linalg.norm(slopes[row]) * prior_sd[row] >= 1:
             return None
-        normal = slopes[others] @ slopes[others].T + np.diag(prior_sd[others] ** -2)
+        information = slopes @ slopes.T
+        normal = information[np.ix_(others, others)] + np.diag(prior_sd[others] ** -2)
         step = np.linalg.solve(normal, slopes[others] @ residual)
         if np.any(np.abs(step) > prior_sd[others]):
             return None
         centre[others] += step
-    return centre
+    return centre, information

@@ -38,6 +38,8 @@ START_DEGREES = 6.0
 DEGREES_VARIANCE = 0.3
 """Of log(degrees of freedom - 2) where sampling starts."""
 NoiseKind: TypeAlias = Literal["normal", "student-t", "auto"]
+PEAK_SHARE = 0.05
+"""Of the posterior about the better of a peak and the plain beside it: with less the other is left out."""
 FLAT_LOSS = 1.0
 """A direction is flat when one prior width along it costs less than this in log-likelihood."""
 
@@ -96,18 +98,28 @@ def starting_point(
     modes = [(coordinates, covariance), *others]
     heights = target(np.stack([one[0] for one in modes]))
     modes = [modes[i] for i in np.argsort(-heights) if i == np.argmax(heights) or np.isfinite(heights[i])]
-    mode, *further = (_along_the_plain(target, *one) for one in modes)
-    return StartingPoint(*mode, noise, sampled, starts, tuple(further), power)
+    first, *further = (along_the_plain(target, *one) for one in modes)
+    mode, *beside = first
+    others = [*beside, *(place for one in further for place in one)]
+    return StartingPoint(*mode, noise, sampled, starts, tuple(others), power)
 
 
-def _along_the_plain(
+def along_the_plain(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Mode and covariance with flat directions moved into the plain and given half the prior's width."""
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Mode and covariance with flat directions moved into the plain and given half the prior's width, and
+    those of a peak that has given way to a plain, where it has PEAK_SHARE of what the other has; the one with
+    more of the posterior first."""
     moved, widened = coordinates.copy(), covariance.copy()
     _, prior_sd = prior_scale(target.axis)
-    loosen_flat_directions(target, moved, widened, prior_sd)
-    return moved, widened
+    if not loosen_flat_directions(target, moved, widened, prior_sd):
+        return [(moved, widened)]
+    places = [(moved, widened), (coordinates, covariance)]
+    heights = target(np.stack([one for one, _ in places]))
+    masses = [h + 0.5 * np.linalg.slogdet(c)[1] for h, (_, c) in zip(heights, places, strict=True)]
+    best = int(np.argmax(masses))
+    lesser = masses[1 - best] > masses[best] + np.log(PEAK_SHARE)
+    return [places[best], *([places[1 - best]] if lesser else [])]
 
 
 def _refitted(
@@ -265,16 +277,25 @@ def _distance(a: FloatArray, b: FloatArray, covariance: FloatArray) -> float:
 
 def loosen_flat_directions(
     target: LogPosterior, coordinates: FloatArray, covariance: FloatArray, prior_sd: FloatArray
-) -> None:
-    """Move each flat direction half a prior width onto its plain and make it as wide, in place."""
-    rows, coordinates[:] = onto_plains(target, coordinates, covariance, prior_sd, FLAT_LOSS)
+) -> bool:
+    """Move each flat direction half a prior width onto its plain and make it as wide, in place; whether a
+    peak has given way to a plain.
+
+    On the plain the records say nothing of it that others would have to make up for: these have the
+    covariance that they have given it.
+    """
+    rows, coordinates[:], information = onto_plains(target, coordinates, covariance, prior_sd, FLAT_LOSS)
+    if information is not None:
+        covariance[: len(prior_sd), : len(prior_sd)] = covariance_with_prior(information, prior_sd)
     for row, side in flat_directions(target, coordinates, prior_sd):
         if row not in rows:
             coordinates[row] += 0.5 * side * prior_sd[row]
             rows.append(row)
     for row in rows:
+        covariance -= np.outer(covariance[row], covariance[row]) / covariance[row, row]
         covariance[row], covariance[:, row] = 0.0, 0.0
         covariance[row, row] = (0.5 * prior_sd[row]) ** 2
+    return information is not None
 
 
 def flat_directions(

@@ -146,6 +146,17 @@ class AxisParameters:
         return (*self._weight_rows, *(self._row[name] for name in [*names, "direct"] if name in self._row))
 
     @property
+    def initial_states(self) -> InitialStates:
+        """Which poles have a state of their own where a record begins in motion."""
+        return self._states
+
+    @property
+    def start_rows(self) -> tuple[int, ...]:
+        """The rows of the initial states of all records, one after the other; none where these rest."""
+        records = 0 if self.start_positions is None else len(self.start_positions)
+        return tuple(range(self._n_structure, self._n_structure + records * self._states.count))
+
+    @property
     def nominal(self) -> FloatArray:
         """Values of the nominal model, shape (parameters,)."""
         return np.array([parameter.nominal for parameter in self.parameters])

@@ -41,10 +41,11 @@ class InitialStates:
     @property
     def count(self) -> int:
         """Parameters of one record."""
-        return len(self._all_real) + 2 * len(self.pairs)
+        return len(self.all_real) + 2 * len(self.pairs)
 
     @property
-    def _all_real(self) -> tuple[int, ...]:
+    def all_real(self) -> tuple[int, ...]:
+        """The integrator and the other real poles, in the order of their parameters."""
         return self.real if self.integrator is None else (self.integrator, *self.real)
 
     def parameters(self, positions: Sequence[float], unit: str, scale: float) -> list[Parameter]:
@@ -76,11 +77,11 @@ class InitialStates:
         s(k) = Re(C p^k) with C = (A - iB) p^2 / (b1 p + b2). One of no weight has no free response.
         """
         real_state, pair_state = form.real_state.copy(), form.pair_state.copy()
-        for row, index in enumerate(self._all_real):
+        for row, index in enumerate(self.all_real):
             response = start[row] + offset if index == self.integrator else start[row]
             real_state[index] = _over(response, form.real[1, index])
         for number, index in enumerate(self.pairs):
-            row = len(self._all_real) + 2 * number
+            row = len(self.all_real) + 2 * number
             pole = pair_poles[index]
             b1, b2 = form.pairs[2, index], form.pairs[3, index]
             amplitude = _over((start[row] - 1j * start[row + 1]) * pole**2, b1 * pole + b2)
