@@ -24,7 +24,8 @@ def onto_plains(
 ) -> tuple[list[int], FloatArray, FloatArray | None]:
     """The rows of limits beyond which a plain outweighs the peak at `coordinates` (parameters,), the
     coordinates half a prior width onto those plains, the axis's other parameters re-estimated there, and
-    their information there (None without any): a limit hides from the others what it takes off the command.
+    their information there, where a peak was left that is no plain itself (else None): a limit hides from the
+    others what it takes off the command.
 
     A plain outweighs the peak when its log-likelihood is lower by less than `loss` and the logarithm of the
     two widths' ratio.
@@ -43,7 +44,9 @@ def onto_plains(
         allowed = loss + max(0.0, float(np.log(prior_sd[row] / width)))
         if _log_likelihood(target, followed) > _log_likelihood(target, current) - allowed:
             followed[row] -= 0.5 * prior_sd[row]
-            current, information = followed, there
+            current = followed
+            if 0.5 * (prior_sd[row] / width) ** 2 > loss:
+                information = there
             rows.append(row)
     return rows, current, information
 
