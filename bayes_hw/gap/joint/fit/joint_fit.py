@@ -234,6 +234,15 @@ class JointFit:
         kept = tuple(e for e in values.effects if e.form.label != label)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
+    def led_by(self, label: str) -> JointFit:
+        """The same with the effect of `label` before the others that are no known input."""
+        values = self.values
+        known, rest = values.effects[: self.known_count], values.effects[self.known_count :]
+        ordered = sorted(rest, key=lambda effect: effect.form.label != label)
+        return self.moved(
+            self.structure, JointValues(values.cascade, (*known, *ordered)), self.point.whitener
+        )
+
     def without_observer(self) -> JointFit:
         """As a simulation that no reading corrects, not descended."""
         values = self.values

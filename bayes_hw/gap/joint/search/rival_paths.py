@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from bayes_hw.crew import each
-from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.structure_moves import pruned
 from bayes_hw.gap.joint.forms.effect_form import FORMS
 from bayes_hw.gap.joint.search.bent_spring import as_it_bends
@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.law_exchange import exchanged
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
-from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, structural, within_sample
 from bayes_hw.phrases import log_evidence
 
 MOST_STEPS = 10
@@ -70,17 +70,22 @@ def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> li
 
 
 def _over_the_g_of(best: FollowedPath, told: Callable[[str], None], path: FollowedPath) -> FollowedPath:
-    """The path, or its label begun over the G of `best` where that is better."""
+    """The path, or its label begun over the G of `best` where that is better: by every form on its own, since
+    over a G that is right the one that is right shows at once."""
     if path is best or path.begun_with not in path.fit.effect_labels:
         return path
-    forms = [form for form in FORMS if form.label == path.begun_with]
-    for trial in effect_candidates(best.fit.without(best.begun_with), forms)[:1]:
-        fit = pruned(within_sample(with_what_it_asks(finer(trial), best.base, told)))
-        other = replace(best, fit=fit)
-        if other.gained > path.gained:
-            told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
-            return other
-    return path
+    beside = best.fit.without(best.begun_with)
+    forms = [form for form in FORMS if form.label == path.begun_with and not form.further]
+    begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
+    if not begun:
+        return path
+    trial = highest([within_sample(one) for one in begun])
+    fit = pruned(within_sample(with_what_it_asks(trial, best.base, told)))
+    other = replace(best, fit=fit.led_by(path.begun_with))
+    if other.gained <= path.gained:
+        return path
+    told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
+    return other
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:

@@ -24,10 +24,10 @@ GAP = torque(form("backlash", "dynamic"), (1e-3,), 1e-6, seen=1e-3)
 ELSEWHERE = replace(CASCADE, integrator_residue=0.8 * CASCADE.integrator_residue)
 
 
-def _path(records: list[Record], cascade: CascadeValues, effect: Effect) -> FollowedPath:
+def _path(records: list[Record], cascade: CascadeValues, *effects: Effect) -> FollowedPath:
     """An explanation of the records, not descended, beside the true G without any effect."""
     fits = []
-    for values in (JointValues(cascade, (effect,)), JointValues(CASCADE)):
+    for values in (JointValues(cascade, effects), JointValues(CASCADE)):
         response = JointResponse(STRUCTURE, values.effects, records, scale(SAMPLES))
         fits.append(JointFit(response, evaluate(response, response.coordinates(values))))
     return FollowedPath(*fits, read_faults(fits[1]))
@@ -50,3 +50,14 @@ def test_over_a_g_that_leaves_colour_nothing_begins() -> None:
     gap, stuck = _path(records, CASCADE, GAP), _path(records, ELSEWHERE, GAP)
     assert gap.fit.noise_order > 1
     assert begun_anew([gap, stuck], silent) == [gap, stuck]
+
+
+def test_beside_another_effect_the_one_that_begins_anew_leads() -> None:
+    """So that the path stays that of its label; the records are told the same."""
+    records = measured((RUB,), SAMPLES, (1,))
+    path = _path(records, CASCADE, replace(GAP, ports=RUB.ports), RUB)
+    led = path.fit.led_by("friction")
+    assert path.begun_with == "backlash"
+    assert replace(path, fit=led).begun_with == "friction"
+    assert led.labels == ("friction", "backlash")
+    assert led.log_likelihood == pytest.approx(path.fit.log_likelihood, abs=1e-6)
