@@ -126,6 +126,7 @@ def test_dominant_parameters_have_no_weights(
     assert CentredWeights.of(axis, axis.nominal, noise, records) is None
 
 
+@pytest.mark.slow
 def test_close_poles_are_sampled_well(small_axis: HammersteinWiener) -> None:
     """Two damped pairs beside each other: most proposals of a density fitted in these coordinates are
     accepted; in those of the parameters hardly any are."""

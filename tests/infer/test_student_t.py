@@ -88,6 +88,7 @@ def with_outliers(model: HammersteinWiener, share: float) -> Record:
     return Record("outliers", t, u, model.simulate(u).y + noise, model.sample_rate_hz, Units())
 
 
+@pytest.mark.slow
 def test_outliers_widen_no_interval_of_the_axis(small_axis: HammersteinWiener, tmp_path: Path) -> None:
     """Chosen without being asked for where there are outliers; intervals half as wide as the normal ones,
     the truth inside; the posterior comes back from its files."""

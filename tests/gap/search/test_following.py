@@ -239,6 +239,7 @@ def test_from_where_it_was_followed_it_is_fitted_free(
     assert free.values[-1] == pytest.approx(SPRING, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_spring_that_jumps_is_followed(tmp_path: Path) -> None:
     """On an axis of the project's own generator whose plain fits of the right effect all end far off."""
     drawn = make_case(1991, 13, KINDS["easy"])
@@ -275,6 +276,7 @@ def test_what_is_not_followed_is_its_own_free_simulation() -> None:
     assert at.free_residuals[0] == pytest.approx(at.residuals[0])
 
 
+@pytest.mark.slow
 def test_what_cannot_be_predicted_is_predicted_by_the_mean_of_the_draws() -> None:
     """Of a whole diagnosis: nearer than the best single simulation, and the band holds what it says."""
     commands = [command(700, seed) for seed in (1, 2, 3)]

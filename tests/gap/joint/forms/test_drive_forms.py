@@ -96,15 +96,11 @@ def test_tangents_are_those_of_the_response(form: Form) -> None:
     assert_tangents(response, values, form.full_name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "drive", "demand"),
     [
-        pytest.param(
-            "torque limit of the drive",
-            lambda asked: min(max(asked, -2.0), 2.0),
-            2.0,
-            marks=pytest.mark.slow,
-        ),
+        ("torque limit of the drive", lambda asked: min(max(asked, -2.0), 2.0), 2.0),
         ("dead band of the drive", lambda asked: np.sign(asked) * max(abs(asked) - 0.03, 0.0), 0.03),
     ],
     ids=["limit", "dead band"],

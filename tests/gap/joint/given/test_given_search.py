@@ -161,6 +161,7 @@ def test_beside_rounding_no_period_near_its_step_is_looked_for() -> None:
     assert reweighted(base, readings).response.scale.shortest == pytest.approx(3 * step, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_every_start_of_every_law_is_followed() -> None:
     """No start, followed alone as far as all are at first, is better than what its kind ends with."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
