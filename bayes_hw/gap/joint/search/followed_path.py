@@ -29,8 +29,9 @@ class FollowedPath:
         return (self.fit.effect_labels or self.fit.labels)[0]
 
     def is_without(self, best: FollowedPath) -> bool:
-        """Whether it explains by other labels than `best`, in their place and not beside them."""
-        return not set(self.fit.labels) & set(best.fit.labels)
+        """Whether it begins with another label in place of the one that `best` begins with and not beside
+        it; what stands beside either may be the same."""
+        return self.begun_with not in best.fit.labels and best.begun_with not in self.fit.labels
 
     def reread(self) -> FollowedPath:
         """With the readings' faults looked for again, if there were none."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
 
@@ -61,3 +62,14 @@ def test_beside_another_effect_the_one_that_begins_anew_leads() -> None:
     assert replace(path, fit=led).begun_with == "friction"
     assert led.labels == ("friction", "backlash")
     assert led.log_likelihood == pytest.approx(path.fit.log_likelihood, abs=1e-6)
+
+
+def test_explanations_that_share_a_further_label_stand_in_place_of_each_other() -> None:
+    """A gap and a friction, either beside a bias, are rivals; a friction beside a gap is none of either."""
+    records = measured((RUB,), SAMPLES, (1,))
+    bias = Effect(form("command_bias", ""), np.array([0.01]))
+    gap, rub = replace(GAP, ports=RUB.ports), RUB
+    both = _path(records, CASCADE, gap, rub)
+    one, other = _path(records, CASCADE, gap, bias), _path(records, CASCADE, rub, bias)
+    assert one.is_without(other) and other.is_without(one)
+    assert not both.is_without(one) and not both.is_without(other) and not other.is_without(both)
