@@ -1,4 +1,4 @@
-"""Names for the array types that public signatures use."""
+"""Names for the array types that public signatures use, and the stretches of a mask."""
 
 from __future__ import annotations
 
@@ -11,3 +11,9 @@ FloatArray: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
+
+
+def stretches_of(mask: BoolArray) -> tuple[IntArray, IntArray]:
+    """First samples of the stretches that a mask (samples,) marks, and one past their last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return edges[::2], edges[1::2]

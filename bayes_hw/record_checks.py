@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray, stretches_of
 from bayes_hw.following import following, relation
 from bayes_hw.integral_regression import IntegralRegression, integral_regression, level_regression
 
@@ -216,8 +216,7 @@ def flat_ends(y: FloatArray) -> list[tuple[float, IntArray, IntArray]]:
 
 def flat_stretches(y: FloatArray, limit: float) -> tuple[IntArray, IntArray]:
     """First samples of the stretches of one reading, and one past their last."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (y == limit).astype(np.int8), [0]])))
-    starts, stops = edges[::2], edges[1::2]
+    starts, stops = stretches_of(y == limit)
     runs = stops - starts >= CLIPPED_RUN
     return starts[runs], stops[runs]
 

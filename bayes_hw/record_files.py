@@ -324,16 +324,11 @@ def _check_values(path: Path, log: LogColumns, options: ReadingOptions) -> None:
         sizes = np.where(np.isfinite(values), np.abs(values), 0.0)
         largest = int(sizes.argmax())
         if sizes[largest] > LARGEST_VALUE:
+            missing = f", or, where it means nothing, --missing {values[largest]:.15g}"
             raise InputError(
                 f"{path}: {log.place_of(largest)}, {log.kind} {options.wanted.get(role, role)!r}: "
                 f"{values[largest]:g} is beyond {LARGEST_VALUE:g}; correct it, or give the {role} in a "
-                "larger unit"
-                + (", such as --time-unit ms" if role == "time" else "")
-                + (
-                    ""
-                    if role == "time"
-                    else f", or, where it means nothing, --missing {values[largest]:.15g}"
-                )
+                "larger unit" + (", such as --time-unit ms" if role == "time" else missing)
             )
 
 

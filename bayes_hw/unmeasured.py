@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.arrays import BoolArray, FloatArray, stretches_of
 from bayes_hw.errors import InputError
 from bayes_hw.record_checks import TURNS, flat_stretches
 
@@ -102,7 +102,7 @@ def mark_of_angle(y: FloatArray) -> Mark | None:
 
 def _mark(values: FloatArray, reading: float) -> Mark | None:
     is_mark = values == reading
-    starts, stops = _stretches(is_mark)
+    starts, stops = stretches_of(is_mark)
     plain = ~is_mark[1:] & ~is_mark[:-1]
     if not plain.any():
         return None
@@ -145,9 +145,3 @@ def _is_usual(reading: float) -> bool:
         return False
     nines = size >= 999 and size < 1e15 and set(f"{size:.0f}") == {"9"}
     return nines or size in LARGEST_INTEGERS
-
-
-def _stretches(mask: BoolArray) -> tuple[IntArray, IntArray]:
-    """First samples of the stretches that a mask marks, and one past their last."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return edges[::2], edges[1::2]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayes_hw.arrays import stretches_of
 from bayes_hw.first_look.measures import Measures
 from bayes_hw.first_look.response import MeasuredResponse
 from bayes_hw.first_look.ripple import Ripple
@@ -159,7 +160,7 @@ def coherent_band(response: MeasuredResponse | None) -> tuple[float, float] | No
     if response is None:
         return None
     frequency, above = response.linear.frequency_hz, response.linear.coherence > COHERENT
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], above.astype(int), [0]]))).reshape(-1, 2)
+    edges = zip(*stretches_of(above), strict=True)
     runs = [(float(frequency[a]), float(frequency[b - 1])) for a, b in edges if b - a >= FEW]
     return max(runs, key=lambda run: run[1] / run[0], default=None)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, stretches_of
 
 SPEED_BINS = 24
 POSITION_BINS = 48
@@ -141,8 +141,7 @@ def regimes(
         around = ndimage.maximum_filter1d(np.abs(u), width)
         still = ahead <= STEADY_SHARE * np.maximum(around, REST_SHARE * largest)
         steady = ndimage.binary_dilation(still, iterations=width // 2 - 1)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], steady.astype(int), [0]])))
-        for start, stop in edges.reshape(-1, 2):
+        for start, stop in zip(*stretches_of(steady), strict=True):
             if stop - start < width:
                 continue
             kind = _kind(abs(float(np.median(u[start:stop]))) / largest)

@@ -8,7 +8,7 @@ samples of a record, denser at its beginning where states are told, each stand f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -87,16 +87,7 @@ class ResponsesInTime:
         per_sample = np.array([gain / axis.model.sample_rate_hz])
         rows, wanted = self(axis.linear_batch(values[:, None]), per_sample)
         answered = values[[*axis.weight_rows, *axis.start_rows]] @ rows[0] - wanted[0]
-        return ResponsesInTime(
-            axis,
-            self.autoregression,
-            self.commands,
-            self.begins,
-            self.samples,
-            self.first,
-            self.scale,
-            answered,
-        )
+        return replace(self, left=answered)
 
     def __call__(
         self, batch: LinearBatch | ResidueBatch, per_sample: FloatArray

@@ -105,8 +105,9 @@ def log_columns(tables: Sequence[tuple[Path, Table]], options: ReadingOptions) -
         if source is None:
             continue
         other_path, other = source
-        values = without_marks(other_path, other, name, role, _float(other_path, other, name), options)
-        is_marked = np.isnan(values) & ~np.isnan(_float(other_path, other, name))
+        stated = _float(other_path, other, name)
+        values = without_marks(other_path, other, name, role, stated, options)
+        is_marked = np.isnan(values) & ~np.isnan(stated)
         if is_marked.any():
             said.append(f"{name!r} not measured at {is_marked.sum()} samples, by the readings there")
         own = _own_clock(other_path, other, name, role, options, is_first=other is table)

@@ -16,9 +16,6 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS, Remainder
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 
-LEAST_SHARE = 0.005
-"""Of the draws, below which an explanation is none of them."""
-
 
 @dataclass(frozen=True)
 class JointEvidence:
@@ -73,7 +70,8 @@ AS_GOOD = 15.0
 """Nats within which a rival label explains the records as well."""
 
 LEAST_SHARE = 0.05
-"""Of the probability of two labels: a rival that has less is not confusable with the other."""
+"""Of the probability of two labels: a rival that has less is not confusable with the other. Of all: an
+explanation that has less has none of the draws."""
 
 COLOUR_OF = {"encoder_quantization": np.inf, "timing_jitter": 1.0}
 """Faults of the readings whose errors follow each other: nats of colour that may be theirs, for every nat of

@@ -63,18 +63,19 @@ def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> li
         best = max(paths, key=lambda path: path.gained)
         if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
             break
-        paths = each(partial(_over_the_g_of, best, told), paths)
+        paths = each(partial(_over_the_g_of, best, best.fit.without(best.begun_with), told), paths)
         if max(paths, key=lambda path: path.gained) is best:
             break
     return list(paths)
 
 
-def _over_the_g_of(best: FollowedPath, told: Callable[[str], None], path: FollowedPath) -> FollowedPath:
-    """The path, or its label begun over the G of `best` where that is better: by every form on its own, since
-    over a G that is right the one that is right shows at once."""
+def _over_the_g_of(
+    best: FollowedPath, beside: JointFit, told: Callable[[str], None], path: FollowedPath
+) -> FollowedPath:
+    """The path, or its label begun `beside` what is left of `best` without its own where that is better: by
+    every form on its own, since over a G that is right the one that is right shows at once."""
     if path is best or path.begun_with not in path.fit.effect_labels:
         return path
-    beside = best.fit.without(best.begun_with)
     forms = [form for form in FORMS if form.label == path.begun_with and not form.further]
     begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
     if not begun:
