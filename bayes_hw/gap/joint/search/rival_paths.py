@@ -53,53 +53,66 @@ def with_what_it_asks(fit: JointFit, without: JointFit, say: Callable[[str], Non
 
 
 def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Every path, or where that is better its label begun anew over the G that the best of all ended with;
-    again where one that is begun anew becomes the best.
+    """The best path of every label, also of those whose label is begun anew over the G that the best of all
+    ended with; again where one that is begun anew becomes the best.
 
     A law that began over a G without any leads G where it stands in for what the law leaves; the G of another
     explanation, which left nothing, is nearer to the axis.
     """
+    present = list(paths)
     for _ in range(len(paths)):
-        best = max(paths, key=lambda path: path.gained)
+        best = max(present, key=lambda path: path.gained)
         if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
             break
-        paths = each(partial(_over_the_g_of, best, best.fit.without(best.begun_with), told), paths)
-        if max(paths, key=lambda path: path.gained) is best:
+        anew = each(partial(_over_the_g_of, best, best.fit.without(best.begun_with), told), present)
+        present = best_of_each_label([*present, *(path for found in anew for path in found)])
+        if max(present, key=lambda path: path.gained) is best:
             break
-    return list(paths)
+    return present
 
 
 def _over_the_g_of(
     best: FollowedPath, beside: JointFit, told: Callable[[str], None], path: FollowedPath
-) -> FollowedPath:
-    """The path, or its label begun `beside` what is left of `best` without its own where that is better: by
-    every form on its own, since over a G that is right the one that is right shows at once."""
+) -> list[FollowedPath]:
+    """The label of a path begun `beside` what is left of `best` without its own, where that is better than
+    the path: by every form on its own, since over a G that is right the one that is right shows at once. What
+    its law looks at there may give it another name."""
     if path is best or path.begun_with not in path.fit.effect_labels:
-        return path
+        return []
     forms = [form for form in FORMS if form.label == path.begun_with and not form.further]
     begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
     if not begun:
-        return path
+        return []
     trial = highest([within_sample(one) for one in begun])
-    fit = pruned(within_sample(with_what_it_asks(trial, best.base, told)))
+    fit = as_seen(pruned(within_sample(with_what_it_asks(trial, best.base, told))))
     other = replace(best, fit=fit.led_by(path.begun_with))
     if other.gained <= path.gained:
-        return path
+        return []
     told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
-    return other
+    return [other]
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
     """Of every label the best that it or an exchange of another one's law reaches."""
-    found = {path.begun_with: path for path in sorted(paths, key=lambda path: path.gained) if path.fit.labels}
-    for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True):
-        for fit in (as_seen(one) for one in fits if not is_hidden_friction(one)):
-            other = replace(path, fit=fit)
-            present = found.get(other.begun_with)
-            if other.gained > (0.0 if present is None else present.gained):
-                told(f"{log_evidence(other.gained)} by an exchange: {described(fit)}")
-                found[other.begun_with] = other
-    return list(found.values())
+    by_exchange = [
+        replace(path, fit=as_seen(fit))
+        for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True)
+        for fit in fits
+        if not is_hidden_friction(fit)
+    ]
+    best = best_of_each_label([*paths, *by_exchange])
+    for path in best:
+        if path in by_exchange:
+            told(f"{log_evidence(path.gained)} by an exchange: {described(path.fit)}")
+    return best
+
+
+def best_of_each_label(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
+    """Of the paths that explain anything the one that gains most of every label that they begin with, in the
+    order in which the labels come first."""
+    explaining = [path for path in paths if path.fit.labels]
+    labels = dict.fromkeys(path.begun_with for path in explaining)
+    return [max((p for p in explaining if p.begun_with == label), key=lambda p: p.gained) for label in labels]
 
 
 def as_seen(fit: JointFit) -> JointFit:

@@ -14,7 +14,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
-from bayes_hw.gap.joint.search.rival_paths import begun_anew
+from bayes_hw.gap.joint.search.rival_paths import begun_anew, best_of_each_label
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
@@ -73,3 +73,11 @@ def test_explanations_that_share_a_further_label_stand_in_place_of_each_other() 
     one, other = _path(records, CASCADE, gap, bias), _path(records, CASCADE, rub, bias)
     assert one.is_without(other) and other.is_without(one)
     assert not both.is_without(one) and not both.is_without(other) and not other.is_without(both)
+
+
+def test_of_every_label_the_path_that_gains_most_stays_and_what_explains_nothing_goes() -> None:
+    records = measured((RUB,), SAMPLES, (1,))
+    rub, gap, bare = _path(records, CASCADE, RUB), _path(records, CASCADE, GAP), _path(records, CASCADE)
+    stuck = _path(records, ELSEWHERE, GAP)
+    assert stuck.gained < gap.gained
+    assert best_of_each_label([stuck, bare, rub, gap]) == [gap, rub]
