@@ -39,6 +39,9 @@ MOST_OF_A_RECORD = 0.25
 
 HUBER = 3.0
 EVALUATIONS = 60
+COST_TOLERANCE = 1e-4
+"""Relative: a few hundredths of a nat."""
+
 LARGEST = 1e6
 BEYOND_LIMITS = 3.0
 """Of the largest command: a step before the record where no limit is known."""
@@ -214,6 +217,7 @@ class MovingStart:
             x_scale="jac",
             loss="huber",
             f_scale=HUBER,
+            ftol=COST_TOLERANCE,
             max_nfev=EVALUATIONS,
         )
 
