@@ -3,9 +3,10 @@
 Let G = g T / s carry the command to the angle, g the velocity gain, and P a torque that acts where the
 encoder sits. Below the first mode S = 1 - T is what the velocity loop lets through, and P s^2 = S / J of
 any loop. J is the inertia of what turns with the encoder where the loop holds the motor much stiffer than
-the gear holds the load, that of the whole axis where nothing twists, and else between the two. Records tell T
-up to a delay only, which of it is the command's; so J and the delay are those at which S and J P s^2 agree
-best over frequencies, each weighed by |P s^2|.
+the gear holds the load, so that S is small; that of the whole axis where the loop does next to nothing, so
+that S is near one; else between the two, and S tells about where. Records tell T up to a delay only, which
+of it is the command's; so J and the delay are those at which S and J P s^2 agree best over frequencies, each
+weighed by |P s^2|.
 
 What a torque at the motor moves behind a gear is told by the small difference of two large numbers, the twist
 of the gear and the give of the loop, so that its acceleration is not told by these records at all.
@@ -14,6 +15,7 @@ of the gear and the give of the loop, so that its acceleration is not told by th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,9 +41,13 @@ LIGHT_DAMPING = 0.3
 AT_ENCODER = (K.BASE_SPEED, K.BASE_POSITION)
 """What laws look at that act where the encoder sits."""
 
-BETWEEN_INERTIAS = 0.1
-"""Standard deviation of log J for not knowing how stiff the loop is beside the gear: of 60 drives with an
-inertia of the motor from 0.3 to 3 times the load's, J is 1.02 to 1.24 times that of the load."""
+LET_THROUGH = (0.0, 0.1, 0.3, 0.7, 0.9)
+"""Root mean square of S in the band, of which the next two are functions, linear in between."""
+
+EXCESS = (0.0, 0.05, 0.45, 0.52, 0.7)
+EXCESS_SD = (0.05, 0.06, 0.18, 0.26, 0.33)
+"""Mean and standard deviation of the logarithm of J over the load's inertia: of drives of two and of three
+masses with an inertia of the motor from 0.3 to 3 times the load's, any loop (docs/decisions/0098)."""
 
 
 def acceleration_draws(
@@ -56,12 +62,15 @@ def acceleration_draws(
 
     None where the values that fit do not tell it, see `acceleration_of_unit`.
     """
-    if acceleration_of_unit(structure, fitted, fitted.effects[number], rate_hz) is None:
+    at_fit = acceleration_of_unit(structure, fitted, fitted.effects[number], rate_hz)
+    if at_fit is None:
         return None
-    found = np.array(
-        [1 / _inertia(structure, values, values.effects[number], rate_hz)[0] for values in drawn]
-    )
-    spread = BETWEEN_INERTIAS if _light_modes(fitted, rate_hz) else 0.0
+    fits = _inertia(structure, fitted, fitted.effects[number], rate_hz)
+    found = [
+        at_fit * fits.inertia / _inertia(structure, values, values.effects[number], rate_hz).inertia
+        for values in drawn
+    ]
+    spread = fits.excess_sd if _light_modes(fitted, rate_hz) else 0.0
     return np.asarray(found * np.exp(spread * rng.standard_normal(len(found))))
 
 
@@ -75,8 +84,10 @@ def acceleration_of_unit(
     """
     if not structure.integrator or (effect.form.base not in AT_ENCODER and _light_modes(values, rate_hz)):
         return None
-    inertia, misfit = _inertia(structure, values, effect, rate_hz)
-    return float(1 / inertia) if misfit < MOST_MISFIT else None
+    found = _inertia(structure, values, effect, rate_hz)
+    if found.misfit >= MOST_MISFIT:
+        return None
+    return float(np.exp(found.excess if _light_modes(values, rate_hz) else 0.0) / found.inertia)
 
 
 def _light_modes(values: JointValues, rate_hz: float) -> list[float]:
@@ -87,17 +98,39 @@ def _light_modes(values: JointValues, rate_hz: float) -> list[float]:
     return [float(abs(p)) * rate_hz / (2 * np.pi) for p in poles if -p.real < LIGHT_DAMPING * abs(p)]
 
 
-def _inertia(
-    structure: Structure, values: JointValues, effect: Effect, rate_hz: float
-) -> tuple[float, float]:
-    """J, in units of the law a unit of acceleration, and by how much S and J P s^2 differ (relative)."""
+@dataclass(frozen=True)
+class _Inertia:
+    """J, in units of the law a unit of acceleration, by how much S and J P s^2 differ (relative), and the
+    root mean square of S."""
+
+    inertia: float
+    misfit: float
+    let_through: float
+
+    @property
+    def excess(self) -> float:
+        """Mean logarithm of J over the inertia of what turns with the encoder, where a gear twists."""
+        return float(np.interp(self.let_through, LET_THROUGH, EXCESS))
+
+    @property
+    def excess_sd(self) -> float:
+        """Its standard deviation."""
+        return float(np.interp(self.let_through, LET_THROUGH, EXCESS_SD))
+
+
+def _inertia(structure: Structure, values: JointValues, effect: Effect, rate_hz: float) -> _Inertia:
     first = min((f for f in _light_modes(values, rate_hz) if f > 0), default=rate_hz / 4)
     f = first * np.geomspace(*BAND, POINTS)
     z = np.exp(2j * np.pi * f / rate_hz)
     closed = drive_response(structure, values, z) * (z - 1) / values.cascade.integrator_residue
     pushed = port_response(values, effect, z) * 2 * (z - 1) ** 2 / (z + 1) * rate_hz**2
-    ratio = (1 - closed * z ** -DELAYS[:, None]) / pushed
+    let_through = 1 - closed * z ** -DELAYS[:, None]
+    ratio = let_through / pushed
     inertia = ratio.real.mean(axis=1)
     misfit = np.mean(np.abs(ratio / inertia[:, None] - 1) ** 2, axis=1)
     best = int(np.argmin(misfit))
-    return float(abs(inertia[best])), float(np.sqrt(misfit[best]))
+    return _Inertia(
+        float(abs(inertia[best])),
+        float(np.sqrt(misfit[best])),
+        float(np.sqrt(np.mean(np.abs(let_through[best]) ** 2))),
+    )
