@@ -110,6 +110,18 @@ def test_columns_that_nobody_named_are_found_where_there_is_no_choice(tmp_path):
     assert "columns=Columns(output='enc_1')" in message or "columns=Columns(output='enc_2')" in message
 
 
+def test_columns_that_were_named_are_taken_whatever_their_names_say(tmp_path):
+    """Only the clock is found: called `time`, not `t`."""
+    t = np.arange(400) / 20
+    u = np.sin(0.9 * t) + 0.4 * np.sin(4.1 * t)
+    y = np.cumsum(u) / 20
+    path = write_csv(tmp_path / "a.csv", t, u, y, header="time,output,input")
+    record = Record.read(path, columns=Columns(input="output", output="input"))
+    np.testing.assert_array_equal(record.u, u)
+    np.testing.assert_array_equal(record.y, y)
+    assert record.options.columns.time == "time"
+
+
 def test_one_column_cannot_play_two_parts(tmp_path):
     path = write_csv(tmp_path / "a.csv", *columns())
     assert "named twice" in refusal(path, columns=Columns("t", "y", "y"))

@@ -78,8 +78,8 @@ def roles_of(
     command: str | None,
     output: str | None,
 ) -> tuple[ReadingOptions, list[str], list[str]]:
-    """Command and output among the columns: the pair that names and numbers speak for, or the one, or both,
-    that are named."""
+    """Command and output among the columns: the pair that names and numbers speak for, or the one that is
+    named with its like; two that are named are taken as they are."""
     usable = [each for each in facts if moves(each)][:MOST_COLUMNS]
     names = {each.name: each for each in usable}
     bare = {split_name(name)[0]: name for name in names}
@@ -92,7 +92,8 @@ def roles_of(
         if u in names and y in names and u != y
     ]
     best = max(pairs, key=lambda pair: pair.score, default=None)
-    if best is None or best.score < FOLLOWS:
+    both_named = command is not None and output is not None
+    if best is None or (best.score < FOLLOWS and not both_named):
         return options, [], [_no_pair(facts, list(names))]
     rival = _rival(best, pairs)
     if rival is not None:

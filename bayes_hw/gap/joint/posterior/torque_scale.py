@@ -38,6 +38,9 @@ MOST_MISFIT = 0.3
 LIGHT_DAMPING = 0.3
 """Damping ratio below which a pair of poles swings against the drive rather than being the loop's."""
 
+SEEN = 0.05
+"""Of the largest speed in which a light pair swings: one of less all but cancels, and is not the gear's."""
+
 AT_ENCODER = (K.BASE_SPEED, K.BASE_POSITION)
 """What laws look at that act where the encoder sits."""
 
@@ -91,11 +94,15 @@ def acceleration_of_unit(
 
 
 def _light_modes(values: JointValues, rate_hz: float) -> list[float]:
-    """Frequencies of the modes that swing, Hz."""
-    a1, a2 = values.cascade.sections[:2]
+    """Frequencies of the modes that swing and are seen in the speed after a step of the command, Hz."""
+    a1, a2, b0, b1 = values.cascade.sections
     swings = a2 > a1 * a1 / 4
-    poles = np.log((a1 / 2 + 1j * np.sqrt(np.where(swings, a2 - a1 * a1 / 4, 0.0)))[swings])
-    return [float(abs(p)) * rate_hz / (2 * np.pi) for p in poles if -p.real < LIGHT_DAMPING * abs(p)]
+    z = (a1 / 2 + 1j * np.sqrt(np.where(swings, a2 - a1 * a1 / 4, 0.0)))[swings]
+    poles = np.log(z)
+    light = -poles.real < LIGHT_DAMPING * np.abs(poles)
+    speed = np.abs(poles) * np.abs(b0[swings] * z + b1[swings]) / np.abs(z.imag)
+    seen = speed > SEEN * np.max(speed, initial=0.0, where=light)
+    return [float(f) for f in np.abs(poles[light & seen]) * rate_hz / (2 * np.pi)]
 
 
 @dataclass(frozen=True)

@@ -168,6 +168,18 @@ def test_a_loop_that_is_soft_beside_the_gear_widens_it(bandwidth_hz: float, leas
     assert max(np.abs(off)) < 2.5
 
 
+def test_a_slow_pair_that_all_but_cancels_is_no_mode_of_the_gear() -> None:
+    values, structure = elastic_axis(DRIVE, "Coulomb, load", 0)
+    effect, c = values.effects[0], values.cascade
+    pole = np.exp((-0.001 + 1j) * 2 * np.pi * 0.05 / RATE)
+    idle = [[2 * pole.real], [abs(pole) ** 2], [1e-6], [0.0]]
+    cascade = replace(c, sections=np.hstack([c.sections, idle]))
+    assert effect.ports is not None
+    ports = replace(effect.ports, sections=np.hstack([effect.ports.sections, np.zeros((2, 1))]))
+    found = acceleration_of_unit(structure, JointValues(cascade, ()), replace(effect, ports=ports), RATE)
+    assert found == pytest.approx(acceleration_of_unit(*at_rest_of(DRIVE)), rel=0.02)
+
+
 def test_of_a_motor_behind_a_gear_nothing_is_said() -> None:
     values, structure = elastic_axis(DRIVE, "Coulomb, motor", 0)
     assert acceleration_of_unit(structure, values, values.effects[0], RATE) is None
