@@ -227,8 +227,10 @@ def sum_kurtosis(fit: JointFit, window: int) -> float:
     for white, record in zip(innovations(fit.point), fit.response.records, strict=True):
         w = np.abs(fit.response.simulate(values, record.u, record.known).w)
         beyond = ((w > reach) & (np.abs(record.y) > margin))[record.measured_samples]
+        if len(white) < window:
+            continue
         ones = np.ones(window)
         clear = np.convolve(beyond, ones, "valid") > window - 0.5
         found.append(np.convolve(white, ones, "valid")[clear])
-    a = np.concatenate(found)
+    a = np.concatenate([np.zeros(0), *found])
     return float(np.mean(a**4) / np.mean(a**2) ** 2 - 3) if len(a) >= FEWEST else 0.0

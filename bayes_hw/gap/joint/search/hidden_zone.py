@@ -37,7 +37,8 @@ FEWEST_INSIDE = 20
 
 def clear_of_zone(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:
     """`records` with what lies in reach of the dead zone taken for not measured; None where the error that
-    the fit leaves is not slow, or where that is none of the samples or too many."""
+    the fit leaves is not slow, where that is none of the samples or too many, or where a record would be
+    left without any."""
     return None if fit.point.rms < SLOW * innovation_sigma(fit) else out_of_reach(fit, records)
 
 
@@ -46,8 +47,9 @@ def out_of_reach(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...]
     reach = fit.values.cascade.half_width + _shift(fit)
     clear = [np.abs(w) > reach for w in _motion(fit, records)]
     found = _measured_where(records, clear)
-    kept, all_samples = (sum(int(r.measured_samples.sum()) for r in part) for part in (found, records))
-    return None if kept == all_samples or kept < LEAST_CLEAR * all_samples else found
+    kept = [int(record.measured_samples.sum()) for record in found]
+    whole = sum(int(record.measured_samples.sum()) for record in records)
+    return found if LEAST_CLEAR * whole <= sum(kept) < whole and min(kept) > 0 else None
 
 
 def deep_inside(fit: JointFit, records: Sequence[Record]) -> list[BoolArray]:

@@ -76,6 +76,15 @@ def test_nothing_is_left_out_where_the_error_is_white() -> None:
     assert clear_of_zone(fitted(response, records), records) is None
 
 
+def test_no_record_is_left_without_any_sample() -> None:
+    """As of one whose axis stands where the zone hides it."""
+    response, records = shifted(of_axis=True)
+    still = replace(records[1], u=np.zeros(SAMPLES))
+    fit = fitted(response, records)
+    assert clear_of_zone(fit, records) is not None
+    assert clear_of_zone(fit, [records[0], records[0], still]) is None
+
+
 @pytest.mark.parametrize("of_axis", [True, False], ids=["torque", "readings"])
 def test_what_lies_inside_tells_a_torque_from_an_angle_that_walks(of_axis: bool) -> None:
     """Beyond what noise or chance could."""
