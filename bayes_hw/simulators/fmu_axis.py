@@ -20,7 +20,7 @@ from threading import Lock
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import Force, command_of
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
@@ -75,9 +75,8 @@ class Realisation:
 
 def _hankel(responses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """H0 and H1 at BLOCKS times of rows and of columns, from the responses at steps 1 and later."""
-    stride = max(1, (len(responses) - 3) // (2 * (BLOCKS - 1)))
-    blocks = min(BLOCKS, (len(responses) - 3) // (2 * stride) + 1)
-    times = stride * (np.arange(blocks)[:, None] + np.arange(blocks)[None, :])
+    times = _times(len(responses))
+    blocks = len(times)
     return tuple(  # type: ignore[return-value]
         np.ascontiguousarray(
             responses[times + shift]
@@ -86,6 +85,21 @@ def _hankel(responses: FloatArray) -> tuple[FloatArray, FloatArray]:
         )
         for shift in (1, 2)
     )
+
+
+def _times(steps: int) -> IntArray:
+    """Those of the blocks (blocks, blocks) within so many steps, less one."""
+    stride = max(1, (steps - 3) // (2 * (BLOCKS - 1)))
+    blocks = min(BLOCKS, (steps - 3) // (2 * stride) + 1)
+    return np.asarray(stride * (np.arange(blocks)[:, None] + np.arange(blocks)[None, :]))
+
+
+def _looked_at(steps: int) -> BoolArray:
+    """Which steps (steps,) of a response the Hankel matrices hold."""
+    found = np.zeros(steps, dtype=np.bool_)
+    for shift in (1, 2):
+        found[_times(steps) + shift] = True
+    return found
 
 
 PULSE_S = 5.0
@@ -198,7 +212,11 @@ class FmuAxis(SteppedAxis):
             for name in group:
                 signals[name][0] = 1.0
             with self._one_at_a_time:
-                runs.append(self.unit.run(self.named(values), signals, outputs, 1, self.step_s))
+                runs.append(
+                    self.unit.run(
+                        self.named(values), signals, outputs, 1, self.step_s, shown=_looked_at(steps)
+                    )
+                )
         rest = runs[-1]
         return np.stack([run - rest for run in runs[:-1]], axis=2)
 
