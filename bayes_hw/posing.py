@@ -15,6 +15,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.quantities import output_word
 from bayes_hw.record import Record
 from bayes_hw.record_start import FEWEST_REST_SAMPLES, RecordStart, begins_in_motion, record_start
 
@@ -92,7 +93,7 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
     if begin.samples == 0:
         where, known = "the first reading", ", nothing having been measured before it"
     sentence = (
-        f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to "
+        f"{output_word(unit)}s count from {level:.10g} {unit}, where the record begins ({where}, known to "
         f"{begin.level_sd:.1g} {unit}{known})"
     )
     return replace(

@@ -14,7 +14,8 @@ from bayes_hw.column_roles.reading_step import resolution, white_sigma
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.advice import Advice, advice
 from bayes_hw.first_look.delay import delay
-from bayes_hw.first_look.distortion import distortion, feedback
+from bayes_hw.first_look.distortion import distortion
+from bayes_hw.first_look.feedback import feedback
 from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.first_look.known_columns import known_columns
 from bayes_hw.first_look.measures import TURNS, Measures
@@ -155,7 +156,7 @@ def _seen(records: Sequence[Record]) -> Look:
         delay=lag,
         drift_per_hour=drift(errors[longest], rate),
         distortion=distortion(repeated.left, commands, rate),
-        feedback=feedback(repeated.left, commands, rate),
+        feedback=feedback(repeated.left, commands, rate, [r.y_or_nan for r in records]),
         speed=speed_map(outputs, commands, rate, lag.mean if lag else 0.0),
         position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
         regimes=regimes(outputs, commands, rate, sigma),

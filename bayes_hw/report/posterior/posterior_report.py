@@ -147,7 +147,7 @@ def _model_section() -> Section:
         "Model",
         (
             Equation(
-                equations.CASCADE, "u is the command, y the measured angle, all in the units of the records."
+                equations.CASCADE, "u is the command, y the measured output, all in the units of the records."
             ),
             Equation(
                 equations.SATURATION, "The gains c₁, c₂, c₃ of the static blocks are one (normalization)."
