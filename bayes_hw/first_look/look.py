@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import Any
 
@@ -133,6 +133,11 @@ def _seen(records: Sequence[Record]) -> Look:
     origins = tuple(_origin(record, white) for record in records)
     outputs = [record.y - origin for record, origin in zip(records, origins, strict=True)]
     found = statics(outputs, commands, rate)
+    if not all(record.measured_samples[0] for record in records):
+        outputs = [_levelled(found, k, y, records[k]) for k, y in enumerate(outputs)]
+        found = statics(outputs, commands, rate)
+    if not any(record.measured_samples[0] for record in records):
+        found = replace(found, half_width=None, bound=None)  # about an angle that nobody knows
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
     repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
@@ -164,6 +169,14 @@ def _seen(records: Sequence[Record]) -> Look:
         at_limits=_at_limits(repeated.statics if repeated.is_seen else found, np.concatenate(commands)),
         known=known_columns(records, errors, limited, rate),
     )
+
+
+def _levelled(found: Statics, number: int, y: FloatArray, record: Record) -> FloatArray:
+    """The output counted from where the simulated motion began, where nothing was measured when it did."""
+    measured = record.measured_samples
+    if measured[0] or len(found.undisturbed) <= number:
+        return y
+    return np.asarray(y - np.median((y - found.undisturbed[number])[measured]))
 
 
 def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:
