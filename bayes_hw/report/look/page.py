@@ -58,6 +58,7 @@ def to_html(look: Look, title: str = "") -> str:
             cards=cards(look),
             facts=[*facts(look), *treatment(look)],
             records=[record.name for record in look.records],
+            output=output_word(look.records[0].units.output),
             distortion=look.distortion,
             plots=script_json(plots(look)),
             has_response=look.response is not None,
