@@ -48,8 +48,9 @@ def with_split_clocks(table: Table, names: Sequence[str] | None = None) -> Table
         halves = halves_of(name)
         if halves is None or not set(halves) <= set(table.values):
             continue
+        seconds, fraction = (table.values[half] for half in halves)
         unit = _unit(halves[1])
-        joined = _joined(*(table.values[half] for half in halves), PER_SECOND[unit])
+        joined = _joined(seconds, fraction, PER_SECOND[unit])
         if joined is not None:
             table = replace(table, values={name: joined, **table.values}, units={**table.units, name: unit})
     return table

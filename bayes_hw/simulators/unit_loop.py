@@ -105,7 +105,7 @@ class Ports:
         slave, kind = unit.slave, "Real" if unit.second else "Float64"
         prefix = "fmi2" if unit.second else "fmi3"
         count = len(names)
-        self.values = (ctypes.c_double * count)()
+        self.values: Any = (ctypes.c_double * count)()
         references = (ctypes.c_uint32 * count)(*(unit.references[name] for name in names))
         more = () if unit.second else (count,)
         self._arguments = (slave.component, references, count, self.values, *more)
@@ -155,7 +155,7 @@ class UnitMotion:
         self._entering = Ports(unit, [*inputs, *(doors[i][0] for i in self.own)])
         self._shown = Ports(unit, outputs)
         self._moving = Ports(unit, [name for door in doors for name in door[1:]])
-        self._motion = np.frombuffer(self._moving.values, np.float64).reshape(-1, 2)
+        self._motion: Any = np.ctypeslib.as_array(self._moving.values).reshape(-1, 2)
         self._moving.get()
         self.start, self.last = self._motion.copy(), self._motion.copy()
 
