@@ -138,6 +138,7 @@ def _seen(records: Sequence[Record]) -> Look:
         found = statics(outputs, commands, rate)
     if not any(record.measured_samples[0] for record in records):
         found = replace(found, half_width=None, bound=None)  # about an angle that nobody knows
+    outputs = [_over_holes(found, k, y, records[k]) for k, y in enumerate(outputs)]
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
     repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
@@ -177,6 +178,16 @@ def _levelled(found: Statics, number: int, y: FloatArray, record: Record) -> Flo
     if measured[0] or len(found.undisturbed) <= number:
         return y
     return np.asarray(y - np.median((y - found.undisturbed[number])[measured]))
+
+
+def _over_holes(found: Statics, number: int, y: FloatArray, record: Record) -> FloatArray:
+    """The output as simulated where it was not measured, with what is left of its neighbours."""
+    measured = record.measured_samples
+    if measured.all() or len(found.undisturbed) <= number:
+        return y
+    simulated, at = found.predicted(number), np.arange(len(y))
+    left = np.interp(at, at[measured], (y - simulated)[measured])
+    return np.where(measured, y, simulated + left)
 
 
 def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:

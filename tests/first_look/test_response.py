@@ -100,4 +100,8 @@ def test_a_beginning_that_was_not_measured_is_no_dead_zone() -> None:
     assert 0.03 < np.mean(~shown) < 0.4
     wrong = statics([clipped.y - clipped.y[0]], [u], whole.sample_rate_hz)
     assert wrong.half_width is not None and wrong.half_width > 0.5
-    assert look([clipped]).statics.half_width is None
+    seen, complete = look([clipped]), look([whole])
+    assert seen.statics.half_width is None
+    assert seen.response is not None and complete.response is not None
+    known, all_of_it = (np.mean(r.linear.coherence > 0.8) for r in (seen.response, complete.response))
+    assert known > 0.8 * all_of_it
