@@ -13,7 +13,9 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.quantities import output_word
 from bayes_hw.record import Record
 from bayes_hw.record_start import FEWEST_REST_SAMPLES, RecordStart, begins_in_motion, record_start
 
@@ -91,7 +93,7 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
     if begin.samples == 0:
         where, known = "the first reading", ", nothing having been measured before it"
     sentence = (
-        f"angles count from {level:.10g} {unit}, where the record begins ({where}, known to "
+        f"{output_word(unit)}s count from {level:.10g} {unit}, where the record begins ({where}, known to "
         f"{begin.level_sd:.1g} {unit}{known})"
     )
     return replace(
@@ -99,6 +101,20 @@ def counted_from(record: Record, begin: RecordStart) -> Record:
         level_sd=begin.level_sd,
         treatment=(*record.treatment, sentence),
     )
+
+
+def begins_unmeasured(record: Record) -> bool:
+    """Whether the level of a record is known only from what its axis does later."""
+    return record.has_free_level and not record.measured_samples[0]
+
+
+def at_level(outputs: FloatArray, record: Record) -> FloatArray:
+    """Simulated outputs (..., samples) at the level that the readings of a record show, where nothing was
+    measured when it began; else as they are."""
+    if not begins_unmeasured(record):
+        return outputs
+    measured = record.measured_samples
+    return outputs + np.mean(record.y[measured] - outputs[..., measured], axis=-1, keepdims=True)
 
 
 def _how_it_begins(record: Record, begin: RecordStart) -> str:

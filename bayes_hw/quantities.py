@@ -121,6 +121,16 @@ def is_speed(unit: str) -> bool:
     return unit.endswith(SPEEDS)
 
 
+METRES = ("m", "mm", "cm", "km", "um", "µm", "μm", "nm")
+
+
+def output_word(unit: str) -> str:
+    """What an output in a unit is called: a position where it is a length, a speed, or an angle."""
+    if is_speed(unit):
+        return "speed"
+    return "position" if with_step(unit)[1] in METRES else "angle"
+
+
 def speed_of(output: str, command: str) -> float | None:
     """The output's speed per s, in its unit, of a command of one that the axis follows exactly; None
     where the

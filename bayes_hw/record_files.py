@@ -17,6 +17,7 @@ from bayes_hw.column_roles.found_columns import found_options, may_be_found
 from bayes_hw.column_roles.whole_table import whole_table, with_own_clocks
 from bayes_hw.errors import InputError
 from bayes_hw.formats.readers import read_table
+from bayes_hw.formats.split_seconds import with_split_clocks
 from bayes_hw.formats.table import Table
 from bayes_hw.log.log_columns import LogColumns, log_columns
 from bayes_hw.log.resample import MOST_SAMPLES
@@ -154,6 +155,7 @@ def _checked(options: ReadingOptions) -> ReadingOptions:
 def parts_of_table(path: Path, table: Table, options: ReadingOptions) -> list[FileContent]:
     """The same of a table in memory, which `path` stands for in what is said."""
     options = _checked(options)
+    table = with_split_clocks(table)
     said: tuple[str, ...] = ()
     if may_be_found(lacking := _lacking([(path, table)], options), options):
         options, said = found_options(path, table, lambda held: held, options, lacking)

@@ -81,8 +81,8 @@ def test_the_number_of_a_row_is_no_clock(tmp_path: Path) -> None:
 
 
 def test_whole_seconds_beside_their_fractions(tmp_path: Path) -> None:
-    """Neither is the clock; the rate that they have is said."""
-    path = written(tmp_path / "log.csv", sec=np.floor(T), nsec=1e9 * (T % 1), u=U, y=Y)
+    """Where the fractions are none that is known, neither is the clock; the rate that they have is said."""
+    path = written(tmp_path / "log.csv", sec=np.floor(T), ticks=1e9 * (T % 1), u=U, y=Y)
     with pytest.raises(InputError, match="sample_rate_hz=20"):
         Record.read(path)
 

@@ -10,6 +10,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.header import is_time_name, split_name
+from bayes_hw.formats.split_seconds import halves_of
 from bayes_hw.formats.table import Table
 from bayes_hw.log.clock import Stamps, read_stamps
 from bayes_hw.log.log_columns import cut_stamps
@@ -35,8 +36,9 @@ def clock_of(table: Table, options: ReadingOptions) -> tuple[Stamps | None, str 
     names = list(table.values)
     if asked is not None and asked != Columns.time and asked in names:
         return _stamps(table, asked), asked, "named"
-    named = [name for name in names if is_time_name(name)]
-    for name in [*([asked] if asked in names else []), *named]:
+    split = [name for name in names if halves_of(name) is not None]
+    named = [name for name in names if is_time_name(name) and name not in split]
+    for name in [*([asked] if asked in names else []), *split, *named]:
         assert name is not None
         stamps = _stamps(table, name)
         if stamps is not None and _increases(stamps.seconds):
@@ -99,8 +101,9 @@ def second_clock(table: Table, clock: Stamps, options: ReadingOptions) -> tuple[
     output = next((name for name in names if split_name(name)[0] == options.columns.output), None)
     if output is None or options.columns.time is None:
         return options, []
+    own = (options.columns.time, *(halves_of(options.columns.time) or ()))
     for name in reversed(names[: names.index(output)]):
-        if name == options.columns.time:
+        if name in own:
             break
         stamps = _stamps(table, name) if CLOCK_NAME.search(name) else None
         if stamps is None or not (_increases(stamps.seconds) and _is_even(stamps.seconds)):

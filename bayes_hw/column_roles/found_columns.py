@@ -22,6 +22,7 @@ from bayes_hw.column_roles.roles import roles_of
 from bayes_hw.column_roles.whole_table import whole_table
 from bayes_hw.errors import InputError
 from bayes_hw.formats.header import split_name
+from bayes_hw.formats.split_seconds import halves_of
 from bayes_hw.formats.table import Table
 from bayes_hw.log.clock import Stamps
 from bayes_hw.reading_options import Columns, ReadingOptions
@@ -66,10 +67,12 @@ def find_columns(
         signals, common = on_one_clock(own_clocks_of(table), options)
         if common is not None:
             table, clock, clock_name, own_clocks = signals, common, None, True
+    clocks = [half for name in table.values for half in halves_of(name) or ()]
+    clocks += [name for name in table.values if halves_of(name) is not None]
     facts = [
         column_facts(name, table, table.values[name])
         for name in table.values
-        if name != clock_name and name not in options.known
+        if name not in (clock_name, *options.known, *clocks)
     ]
     if own_clocks and clock is not None:
         lines.append(f"  every signal has a clock of its own; {clock.said or 'numbers in s'}")

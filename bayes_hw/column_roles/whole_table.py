@@ -11,13 +11,18 @@ from bayes_hw.column_roles.roles import MOST_COLUMNS
 from bayes_hw.errors import InputError
 from bayes_hw.formats.header import is_time_name, quantity_of
 from bayes_hw.formats.readers import read_table
+from bayes_hw.formats.split_seconds import with_split_clocks
 from bayes_hw.formats.table import Column, Table
 from bayes_hw.formats.text_layout import is_value
 from bayes_hw.log.resample import MOST_SAMPLES
 
 
 def whole_table(path: Path) -> Table:
-    """Every column, as numbers where it has them, else as text."""
+    """Every column, as numbers where it has them, else as text; clocks that stand in two of them too."""
+    return with_split_clocks(_every_column(path))
+
+
+def _every_column(path: Path) -> Table:
     names = read_table(path, ["1", "\0"], ["1"], most_rows=1).names
     names = names[: 4 * MOST_COLUMNS]
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +14,8 @@ from bayes_hw.column_roles.reading_step import resolution, white_sigma
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.advice import Advice, advice
 from bayes_hw.first_look.delay import delay
-from bayes_hw.first_look.distortion import distortion, feedback
+from bayes_hw.first_look.distortion import distortion
+from bayes_hw.first_look.feedback import feedback
 from bayes_hw.first_look.frequency_response import FrequencyResponse
 from bayes_hw.first_look.known_columns import known_columns
 from bayes_hw.first_look.measures import TURNS, Measures
@@ -132,6 +133,12 @@ def _seen(records: Sequence[Record]) -> Look:
     origins = tuple(_origin(record, white) for record in records)
     outputs = [record.y - origin for record, origin in zip(records, origins, strict=True)]
     found = statics(outputs, commands, rate)
+    if not all(record.measured_samples[0] for record in records):
+        outputs = [_levelled(found, k, y, records[k]) for k, y in enumerate(outputs)]
+        found = statics(outputs, commands, rate)
+    if not any(record.measured_samples[0] for record in records):
+        found = replace(found, half_width=None, bound=None)  # about an angle that nobody knows
+    outputs = [_over_holes(found, k, y, records[k]) for k, y in enumerate(outputs)]
     response = measured_response(outputs, commands, rate, found)
     limited = [found.limited(u) for u in commands]
     repeated = repeated_error(outputs, commands, [r.y for r in records], found, rate, white)
@@ -155,7 +162,7 @@ def _seen(records: Sequence[Record]) -> Look:
         delay=lag,
         drift_per_hour=drift(errors[longest], rate),
         distortion=distortion(repeated.left, commands, rate),
-        feedback=feedback(repeated.left, commands, rate),
+        feedback=feedback(repeated.left, commands, rate, [r.y_or_nan for r in records]),
         speed=speed_map(outputs, commands, rate, lag.mean if lag else 0.0),
         position=position_error([r.y for r in records], errors, TURNS.get(first.units.output)),
         regimes=regimes(outputs, commands, rate, sigma),
@@ -163,6 +170,24 @@ def _seen(records: Sequence[Record]) -> Look:
         at_limits=_at_limits(repeated.statics if repeated.is_seen else found, np.concatenate(commands)),
         known=known_columns(records, errors, limited, rate),
     )
+
+
+def _levelled(found: Statics, number: int, y: FloatArray, record: Record) -> FloatArray:
+    """The output counted from where the simulated motion began, where nothing was measured when it did."""
+    measured = record.measured_samples
+    if measured[0] or len(found.undisturbed) <= number:
+        return y
+    return np.asarray(y - np.median((y - found.undisturbed[number])[measured]))
+
+
+def _over_holes(found: Statics, number: int, y: FloatArray, record: Record) -> FloatArray:
+    """The output as simulated where it was not measured, with what is left of its neighbours."""
+    measured = record.measured_samples
+    if measured.all() or len(found.undisturbed) <= number:
+        return y
+    simulated, at = found.predicted(number), np.arange(len(y))
+    left = np.interp(at, at[measured], (y - simulated)[measured])
+    return np.where(measured, y, simulated + left)
 
 
 def _at_limits(found: Statics, commands: FloatArray) -> tuple[float, float]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.delay import Delay
-from bayes_hw.first_look.distortion import Distortion, Feedback
+from bayes_hw.first_look.distortion import Distortion
+from bayes_hw.first_look.feedback import Feedback
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.motion import PositionError, Regime, SpeedMap
 from bayes_hw.first_look.noise import NoiseSpectrum

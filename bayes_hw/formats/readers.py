@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from bayes_hw.errors import InputError
+from bayes_hw.formats.split_seconds import halves_of, with_split_clocks
 from bayes_hw.formats.table import Table
 
 HDF5, PARQUET = (".h5", ".hdf5", ".hdf"), (".parquet", ".pq")
@@ -16,7 +18,22 @@ BAGS = (".mcap", ".bag", ".db3")
 
 
 def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most_rows: int) -> Table:
-    """The columns `wanted`, at most `most_rows` rows; `clocks` among them may be text.
+    """The columns `wanted`, at most `most_rows` rows.
+
+    `clocks` among them may be text, or stand in two columns as `split_seconds` has them.
+    """
+    split = [name for name in clocks if halves_of(name) is not None]
+    halves = [half for name in split for half in halves_of(name) or ()]
+    asked = [*(name for name in wanted if name not in split), *halves]
+    table = _table_of(path, list(dict.fromkeys(asked)), clocks, most_rows=most_rows)
+    if not split:
+        return table
+    table = with_split_clocks(table, split)
+    return replace(table, missing=(*table.missing, *(name for name in split if name not in table.values)))
+
+
+def _table_of(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most_rows: int) -> Table:
+    """The same of clocks in one column.
 
     Readers are imported when they are needed: their libraries take longer than most refusals may.
     """
@@ -54,6 +71,10 @@ def read_table(path: Path, wanted: Sequence[str], clocks: Sequence[str], *, most
     at = long_columns(path)
     if at is not None:
         return read_long(path, at, wanted, most_rows=most_rows, text=clocks)
+    from bayes_hw.formats.key_values import holds_key_values, read_key_values
+
+    if holds_key_values(path):
+        return read_key_values(path, wanted, most_rows=most_rows, text=clocks)
     return read_csv(path, wanted, most_rows=most_rows, text=clocks)
 
 

@@ -127,7 +127,7 @@ def diagnose(
 
     The outputs of the records held out are used to score the finished prediction only. Where the case's
     simulator is a fast stand-in, `full` moves it to where the real one is. A search that takes `within_s`
-    seconds begins nothing further, and a note says so.
+    seconds begins nothing further, nor do fits on the full simulator after as many, and a note says so.
     """
     begin = time.perf_counter()
     progress = progress or Progress(quiet=True)
@@ -140,7 +140,8 @@ def diagnose(
             attribution = _search(asked, calibration, rng, jobs, progress)
         if full is not None:
             progress.say("the full simulator")
-            attribution = full.refined(asked, attribution)
+            with at_most(within_s):
+                attribution = full.refined(asked, attribution)
         best, scores = choose(attribution, asked.nominal_sigma, calibration)
         progress.say("what is left")
         remains = _criticism(asked, attribution, best)

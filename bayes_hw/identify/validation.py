@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import simulate, to_coordinates
 from bayes_hw.identify.cascade_fit import scaled_least_squares
 from bayes_hw.identify.result import Cascade, Identification, RecordFit
+from bayes_hw.posing import at_level
 from bayes_hw.record import Record
 
 
@@ -45,16 +46,20 @@ def evaluate(identification: Identification, records: Sequence[Record]) -> tuple
     return tuple(
         RecordFit(
             record.name,
-            fit_percent(
-                record.y_or_nan,
+            _fit(
+                record,
                 model.simulate(record.u, known=record.known).y
                 if model.known
                 else simulated(identification.cascade, record),
             ),
-            fit_percent(record.y_or_nan, simulated(identification.baseline_cascade, record)),
+            _fit(record, simulated(identification.baseline_cascade, record)),
         )
         for record in records
     )
+
+
+def _fit(record: Record, outputs: FloatArray) -> float:
+    return fit_percent(record.y_or_nan, at_level(outputs, record))
 
 
 def simulated(cascade: Cascade, record: Record) -> FloatArray:

@@ -17,7 +17,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import autoregression_from_partial
-from bayes_hw.identify.output_error import known_signals
+from bayes_hw.identify.output_error import known_signals, simulated_outputs
 from bayes_hw.infer.noise import (
     is_student_t,
     log_likelihood,
@@ -30,6 +30,9 @@ from bayes_hw.model.kernel import NONE, LaggedSums, lagged_residual_sums
 from bayes_hw.model.parameters import Parameter, ParameterVector, as_coordinates, as_values
 from bayes_hw.model.robust_kernel import robust_residual_sums
 from bayes_hw.record import Record
+
+FAR = 30.0
+"""Steps from the level of the highest likelihood: farther off, its second difference has lost digits."""
 
 
 def shifted(sums: LaggedSums, samples: int, level: FloatArray) -> LaggedSums:
@@ -55,10 +58,22 @@ def integrated(
     `likelihood` is the logarithm of it under sums, `step` (walkers,) the level at which it is tried, of the
     size of the noise.
     """
+    top, height, curvature = _parabola(likelihood, sums, samples, step)
+    if np.any(np.abs(top) > FAR):
+        near = shifted(sums, samples, top * step)
+        top, height, curvature = _parabola(likelihood, near, samples, step)
+    return height + 0.5 * top**2 * curvature + 0.5 * np.log(2 * np.pi * step**2 / curvature)
+
+
+def _parabola(
+    likelihood: Callable[[LaggedSums], FloatArray], sums: LaggedSums, samples: int, step: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where over the level the likelihood is highest, in steps from that of the sums; its value at the sums,
+    and its curvature. All (walkers,)."""
     at_zero = likelihood(sums)
     above, below = (likelihood(shifted(sums, samples, sign * step)) for sign in (1.0, -1.0))
     curvature = np.maximum(2 * at_zero - above - below, np.finfo(float).tiny)
-    return at_zero + 0.125 * (above - below) ** 2 / curvature + 0.5 * np.log(2 * np.pi * step**2 / curvature)
+    return 0.5 * (above - below) / curvature, at_zero, curvature
 
 
 class LogPosterior:
@@ -96,6 +111,7 @@ class LogPosterior:
         self._holes = [
             None if record.measured is None else Holes.of(record.measured, self.order) for record in records
         ]
+        self._outputs = self._summed()
 
     @property
     def dimension(self) -> int:
@@ -138,7 +154,7 @@ class LogPosterior:
         sigma, partial = values[n_axis], values[n_axis + 1 : n_axis + 1 + self.order]
         delay = self.axis.model.linear.delay_samples
         total = np.zeros(values.shape[1])
-        for number, record in enumerate(self.records):
+        for number, (record, outputs) in enumerate(zip(self.records, self._outputs, strict=True)):
             if number == 0 or self.axis.start_positions is not None:
                 form = self.axis.modal_form(values[:n_axis], number)
             before = 0.0 if self.axis.start_positions is None else float(record.u[0])
@@ -148,18 +164,43 @@ class LogPosterior:
             if self.student_t:
                 degrees = values[-1]
                 noise = autoregression_from_partial(partial), robust_precision(sigma, partial, degrees)
-                robust = robust_residual_sums(form, record.u, record.y, delay, *noise, before, near, signals)
+                robust = robust_residual_sums(form, record.u, outputs, delay, *noise, before, near, signals)
                 total += robust_log_likelihood(robust, len(record), sigma, partial, degrees, holes)
                 continue
-            sums = lagged_residual_sums(form, record.u, record.y, delay, self.order, before, near, signals)
+            sums = lagged_residual_sums(form, record.u, outputs, delay, self.order, before, near, signals)
             total += self.of_sums(sums, number, sigma, partial)
         return self.power * total
+
+    def _integrates(self, record: Record) -> bool:
+        """Whether the level of a record is integrated out."""
+        return record.has_free_level and self.axis.start_positions is None
+
+    def _summed(self) -> list[FloatArray]:
+        """The angles (samples,) of every record as they are summed, near those of the nominal axis.
+
+        They count from their level there where it is integrated out, or nothing was measured where the record
+        begins, and are the axis's own where nothing was measured: what the likelihood does not depend on
+        would else cost it digits.
+        """
+        if all(record.measured is None and not self._integrates(record) for record in self.records):
+            return [record.y for record in self.records]
+        with np.errstate(all="ignore"):
+            found = simulated_outputs(self.axis, self.axis.nominal[:, None], self.records, self._known)
+        return [self._near(record, nominal[0]) for record, nominal in zip(self.records, found, strict=True)]
+
+    def _near(self, record: Record, nominal: FloatArray) -> FloatArray:
+        left, measured = record.y - nominal, record.measured_samples
+        if not np.isfinite(left).all():
+            return record.y
+        is_free = self._integrates(record) and not (self.student_t and measured[0])
+        level = float(np.median(left[measured])) if is_free else 0.0
+        return np.where(measured, record.y - level, nominal)
 
     def of_sums(self, sums: LaggedSums, number: int, sigma: FloatArray, partial: FloatArray) -> FloatArray:
         """Log-likelihood (walkers,) of one record under normal innovations."""
         record, holes = self.records[number], self._holes[number]
         samples = len(record)
-        if not (record.has_free_level and self.axis.start_positions is None):
+        if not self._integrates(record):
             return log_likelihood(sums, samples, sigma, partial, holes)
         return integrated(
             lambda shifted: log_likelihood(shifted, samples, sigma, partial, holes), sums, samples, sigma

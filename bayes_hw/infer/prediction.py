@@ -16,6 +16,7 @@ from bayes_hw.infer.summary import INTERVAL_PROBABILITY
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.sample_rate import check_rates
 from bayes_hw.model.streaming import simulated_blocks
+from bayes_hw.posing import begins_unmeasured
 from bayes_hw.record import Record
 
 DRAWS = 300
@@ -108,18 +109,21 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
 
     The record starts at rest, or, where the posterior was sampled with free initial conditions, in the state
     that least squares finds for each draw from its first quarter; a command alone starts at rest. What is not
-    known of the level that its angles count from widens the band beside the noise.
+    known of the level that its angles count from widens the band beside the noise; where nothing was measured
+    when it began, the level is that of its readings, for each draw.
 
     Raises InputError when the sample rates differ.
     """
     check_rates(posterior.axis.model, [record])
     draws = posterior.draws(DRAWS, rng)
     n_axis = len(posterior.axis.parameters)
-    sigma = np.hypot(draws[:, n_axis], record.level_sd)
+    levels, level_sd = _levels(posterior.axis, draws[:, :n_axis], record)
+    sigma = np.hypot(draws[:, n_axis], level_sd)
     tail = (1 - INTERVAL_PROBABILITY) / 2
     bands = {name: np.empty(len(record)) for name in BANDS}
     measured = record.y_or_nan
-    for begin, outputs in _simulated(posterior.axis, draws[:, :n_axis], record):
+    for begin, simulated in _simulated(posterior.axis, draws[:, :n_axis], record):
+        outputs = simulated + levels[:, None]
         part = slice(begin, begin + outputs.shape[1])
         bands["mean"][part] = outputs.mean(axis=0)
         low, high = np.quantile(outputs, [tail, 1 - tail], axis=0)
@@ -128,6 +132,17 @@ def predict(posterior: Posterior, record: Record, rng: np.random.Generator) -> P
         standard = (measured[part] - outputs) / sigma[:, None]
         bands["predicted_probability"][part] = special.ndtr(standard).mean(axis=0)
     return Prediction(record, **bands)
+
+
+def _levels(axis: AxisParameters, draws: FloatArray, record: Record) -> tuple[FloatArray, float]:
+    """The level (draws,) of a record beside each draw, and its standard deviation."""
+    if not begins_unmeasured(record):
+        return np.zeros(len(draws)), record.level_sd
+    measured, left = record.measured_samples, np.zeros(len(draws))
+    for begin, outputs in _simulated(axis, draws, record):
+        part = slice(begin, begin + outputs.shape[1])
+        left += np.where(measured[part], record.y[part] - outputs, 0.0).sum(axis=1)
+    return left / np.count_nonzero(measured), 0.0
 
 
 def noisy_quantiles(

@@ -8,6 +8,7 @@ MATLAB's datetime, day/month/year and month/day/year, times of day, durations.
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.formats.table import Column
-from bayes_hw.formats.text_layout import MISSING, NUMBER
+from bayes_hw.formats.text_layout import MISSING, NUMBER, number_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -214,7 +215,7 @@ def _from_text(values: Column) -> Stamps:
         raise StampError(0, "there is no time stamp")
     first = str(cells[present[0]])
     if NUMBER.fullmatch(first):
-        at = next(int(i) for i in present if not NUMBER.fullmatch(str(cells[i])))
+        at = next(int(i) for i in present if not _is_finite_number(str(cells[i])))
         raise StampError(
             at,
             f"time stamp {str(cells[at])[:40]!r} is no number as the others are; correct it or remove "
@@ -230,6 +231,10 @@ def _from_text(values: Column) -> Stamps:
     seconds = np.full(len(cells), np.nan)
     seconds[present] = (nanoseconds - origin) / 1e9
     return Stamps(seconds, origin, f"{said}, counted from the first, {first}")
+
+
+def _is_finite_number(cell: str) -> bool:
+    return NUMBER.fullmatch(cell) is not None and math.isfinite(number_of(cell))
 
 
 def _durations(cells: Column, present: IntArray) -> FloatArray:

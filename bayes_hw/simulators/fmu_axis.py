@@ -20,7 +20,7 @@ from threading import Lock
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import Force, command_of
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
@@ -72,12 +72,20 @@ class Realisation:
         shown = (first[:outputs] @ self.right) / self.output_scales[:, None]
         return np.asarray(transition, np.float64), np.asarray(entering, np.float64), np.asarray(shown)
 
+    def error(self, responses: FloatArray, steps: int) -> float:
+        """How far responses are from those of the system that their first steps tell, the largest being 1."""
+        transition, state, shown = self.system(responses[:steps])
+        off = np.zeros(responses.shape[1:])
+        for response in responses[1:]:
+            off = np.maximum(off, np.abs(response - shown @ state))
+            state = transition @ state
+        return float(np.max(off / np.maximum(np.abs(responses).max(axis=0), 1e-300)))
+
 
 def _hankel(responses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """H0 and H1 at BLOCKS times of rows and of columns, from the responses at steps 1 and later."""
-    stride = max(1, (len(responses) - 3) // (2 * (BLOCKS - 1)))
-    blocks = min(BLOCKS, (len(responses) - 3) // (2 * stride) + 1)
-    times = stride * (np.arange(blocks)[:, None] + np.arange(blocks)[None, :])
+    times = _times(len(responses))
+    blocks = len(times)
     return tuple(  # type: ignore[return-value]
         np.ascontiguousarray(
             responses[times + shift]
@@ -88,8 +96,26 @@ def _hankel(responses: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
 
 
-PULSE_S = 5.0
-"""Time over which the responses to pulses are taken."""
+def _times(steps: int) -> IntArray:
+    """Those of the blocks (blocks, blocks) within so many steps, less one."""
+    stride = max(1, (steps - 3) // (2 * (BLOCKS - 1)))
+    blocks = min(BLOCKS, (steps - 3) // (2 * stride) + 1)
+    return np.asarray(stride * (np.arange(blocks)[:, None] + np.arange(blocks)[None, :]))
+
+
+def _looked_at(steps: int) -> BoolArray:
+    """Which steps (steps,) of a response the Hankel matrices hold."""
+    found = np.zeros(steps, dtype=np.bool_)
+    for shift in (1, 2):
+        found[_times(steps) + shift] = True
+    return found
+
+
+PULSES_S = (0.5, 1.0, 2.0, 5.0)
+"""Times over which the responses to pulses may be taken: the shortest that tells the longest is."""
+
+TELLS = 1e-8
+"""Of the largest response: what those of a realisation may be off."""
 
 PLACES = {"motor": MOTOR, "load": LOAD}
 
@@ -185,12 +211,11 @@ class FmuAxis(SteppedAxis):
         """Parameter values (parameters,) by the names of variables."""
         return dict(zip((p.name for p in self.parameters), values.tolist(), strict=True))
 
-    def _responses(self, values: FloatArray) -> FloatArray:
+    def _responses(self, values: FloatArray, steps: int, looked_at: BoolArray | None = None) -> FloatArray:
         """Responses (steps, outputs, inputs) to unit pulses a step long of the command and of every force, of
-        the output and of every position and speed, less the motion with none."""
+        the output and of every position and speed, less the motion with none; zero but where `looked_at`."""
         outputs = [self.output, *(name for door in self.doors_of.values() for name in door[1:])]
         inputs = [self.declaration.actuators, *((door[0],) for door in self.doors_of.values())]
-        steps = max(round(PULSE_S / self.step_s), 100)
         everything = [name for group in inputs for name in group]
         runs = []
         for group in (*inputs, ()):
@@ -198,19 +223,28 @@ class FmuAxis(SteppedAxis):
             for name in group:
                 signals[name][0] = 1.0
             with self._one_at_a_time:
-                runs.append(self.unit.run(self.named(values), signals, outputs, 1, self.step_s))
+                runs.append(
+                    self.unit.run(self.named(values), signals, outputs, 1, self.step_s, shown=looked_at)
+                )
         rest = runs[-1]
         return np.stack([run - rest for run in runs[:-1]], axis=2)
 
     @cached_property
-    def bases(self) -> Realisation:
-        """From the responses at the nominal parameters."""
+    def bases(self) -> tuple[Realisation, int]:
+        """Of the responses at the nominal parameters, and the steps that they are to be taken over."""
         nominal = np.array([p.nominal for p in self.parameters])
-        return Realisation.of(self._responses(nominal))
+        counts = [max(round(seconds / self.step_s), 100) for seconds in PULSES_S]
+        responses = self._responses(nominal, counts[-1])
+        for steps in counts:
+            found = Realisation.of(responses[:steps])
+            if steps == counts[-1] or found.error(responses, steps) < TELLS:
+                break
+        return found, steps
 
     def linearised(self, values: FloatArray) -> LinearSystem:
         """The linear system at parameter values (parameters,), by the eigensystem realisation."""
-        transition, entering, shown = self.bases.system(self._responses(values))
+        bases, steps = self.bases
+        transition, entering, shown = bases.system(self._responses(values, steps, _looked_at(steps)))
         factor, count = self.declaration.output_factor, len(transition)
         positions, speeds, columns = (np.zeros((3, count)) for _ in range(3))
         inertia = np.ones(2)

@@ -79,3 +79,21 @@ def law_force(law, x, free, bristle, h):  # type: ignore[no-untyped-def]
     if kind == SOFTENING:
         return law[2] * x * (1 - 1 / (1 + law[3] * x * x)), bristle
     return law[2] * min(max(x, -law[3]), law[3]), bristle
+
+
+@compiled
+def forces_of(laws, motion, last, start, before, bristles, h, forces):  # type: ignore[no-untyped-def]
+    """Fill `forces` (doors,) with those of the laws at positions and speeds `motion` (doors, 2).
+
+    `last` is what it was a step h ago, `start` at the beginning; they, `before` and `bristles` (laws,) are
+    kept for the next step.
+    """
+    forces[:] = 0.0
+    for i in range(len(laws)):
+        door = int(laws[i, 1])
+        at = int(laws[i, 10]) - 1 if laws[i, 10] > 0 else door
+        free = 2 * motion[door, 1] - last[door, 1] - h * laws[i, 9] * before[i]
+        x = motion[at, 0] - start[at, 0]
+        before[i], bristles[i] = law_force(laws[i], x, free, bristles[i], h)
+        forces[door] += before[i]
+    last[:] = motion

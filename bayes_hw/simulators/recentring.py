@@ -7,6 +7,7 @@ its derivatives only (manifold mapping: Echeverria and Hemker, doi 10.2478/cmam-
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -24,6 +25,7 @@ from bayes_hw.gap.search.question import Question
 from bayes_hw.gap.simulate.lru_cache import LruCache
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.gap.simulate.simulator_chain import SimulatorBuilder
+from bayes_hw.time_budget import seconds_left
 
 ROUNDS = 5
 ITERATIONS = 12
@@ -110,14 +112,22 @@ class Recentring:
 
     def refined(self, asked: Question, attribution: Attribution) -> Attribution:
         """The base model and the best explanation of the likeliest sets of labels, fitted on the full
-        simulator; the others stay as they are, none with more evidence than the best of its labels."""
+        simulator; the others stay as they are, none with more evidence than the best of its labels, and so do
+        those whose turn comes when time is up."""
         base = attribution.base
         best = best_of_each(attribution.explanations, lambda e: e.labels)
         first = next(iter(best.values())).log_evidence
         least_of_all = first - max(NEAR, NEAR_SHARE * (first - base.log_evidence))
         likely = [e for e in list(best.values())[:SETS_REFINED] if e.log_evidence >= least_of_all]
         work = [base, *(e for e in likely if e is not base)]
-        found = self.each(lambda e: self._fitted(e, asked.measured), work)
+        end = time.monotonic() + seconds_left()
+        untried = [False] * len(work)
+
+        def fitted(number: int) -> Explanation:
+            untried[number] = number > 0 and time.monotonic() > end
+            return work[number] if untried[number] else self._fitted(work[number], asked.measured)
+
+        found = self.each(fitted, range(len(work)))
         least = {e.labels: e.log_evidence for e in found}
         others = [
             replace(e, log_evidence=min(e.log_evidence, least.get(e.labels, np.inf)))
@@ -125,7 +135,8 @@ class Recentring:
             if not any(e is done for done in work)
         ]
         everything = sorted([*found, *others], key=lambda e: -e.log_evidence)
-        return replace(attribution, base=found[0], explanations=tuple(everything))
+        cut_short = attribution.cut_short or any(untried)
+        return replace(attribution, base=found[0], explanations=tuple(everything), cut_short=cut_short)
 
     def _fitted(self, explanation: Explanation, measured: Sequence[FloatArray]) -> Explanation:
         """An explanation at the best parameters of the full simulator.

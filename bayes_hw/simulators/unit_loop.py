@@ -5,6 +5,7 @@ Like `laws`, this module imports nothing else of bayes_hw: a corrected simulator
 
 from __future__ import annotations
 
+import ctypes
 import shutil
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
-from bayes_hw.simulators.laws import law_force
+from bayes_hw.simulators.laws import forces_of
 
 
 class Unit:
@@ -57,14 +58,15 @@ class Unit:
 
     def put(self, names: list[str], values: list[float]) -> None:
         """Set variables."""
-        references = [self.references[name] for name in names]
-        if references:
-            (self.slave.setReal if self.second else self.slave.setFloat64)(references, values)
+        if names:
+            Ports(self, names).put(values)
 
-    def get(self, names: list[str]) -> list[float]:
-        """Values of variables."""
-        references = [self.references[name] for name in names]
-        return list((self.slave.getReal if self.second else self.slave.getFloat64)(references))
+    def step(self, time: float, step_s: float) -> None:
+        """One step of so many seconds from a time, s."""
+        if self.second:
+            _checked(self.slave.dll.fmi2DoStep(self.slave.component, time, step_s, 1))
+        else:
+            self.slave.doStep(time, step_s)
 
     def run(
         self,
@@ -76,22 +78,59 @@ class Unit:
         doors: list[tuple[str, str, str]] | None = None,
         laws: Any = None,
         known: Any = None,
+        shown: Any = None,
     ) -> Any:
         """Outputs (samples, outputs) for inputs (samples,) by name, each held for `substeps` of `step_s`.
 
-        `doors` are names of force input, position and speed; `laws` (laws, LAW_NUMBERS) and forces that are
-        `known` (samples, doors) act there.
+        Where `shown` (samples,) is False they are not read, and zero. `doors` are names of force input,
+        position and speed; `laws` (laws, LAW_NUMBERS) and forces that are `known` (samples, doors) act there.
         """
         motion = UnitMotion(self, values, list(inputs), outputs, step_s, doors or [], laws)
         signals = np.column_stack(list(inputs.values())).tolist()
-        found = []
+        found = np.zeros((len(signals), len(outputs)))
         for k, row in enumerate(signals):
-            found.append(motion.outputs())
+            if shown is None or shown[k]:
+                found[k] = motion.outputs()
             if known is not None:
                 motion.known[:] = known[k]
             for _ in range(substeps):
                 motion.step(row)
-        return np.array(found, np.float64).reshape(-1, len(outputs))
+        return found
+
+
+class Ports:
+    """Some variables of a unit, set and read together in one call each, without FMPy's work around it."""
+
+    def __init__(self, unit: Unit, names: list[str]) -> None:
+        slave, kind = unit.slave, "Real" if unit.second else "Float64"
+        prefix = "fmi2" if unit.second else "fmi3"
+        count = len(names)
+        self.values: Any = (ctypes.c_double * count)()
+        references = (ctypes.c_uint32 * count)(*(unit.references[name] for name in names))
+        more = () if unit.second else (count,)
+        self._arguments = (slave.component, references, count, self.values, *more)
+        self._set, self._get = (getattr(slave.dll, f"{prefix}{do}{kind}") for do in ("Set", "Get"))
+        self._held: list[float] = []
+
+    def put(self, values: list[float]) -> None:
+        """Set them, where they are not as they were set last."""
+        if values != self._held:
+            self.values[:] = values
+            _checked(self._set(*self._arguments))
+            self._held = list(values)
+
+    def get(self) -> list[float]:
+        """Their values."""
+        if not len(self.values):
+            return []
+        _checked(self._get(*self._arguments))
+        return list(self.values)
+
+
+def _checked(status: int) -> None:
+    """Raise RuntimeError where a call did not succeed; a warning is a success."""
+    if status > 1:
+        raise RuntimeError(f"the unit answers with status {status}")
 
 
 class UnitMotion:
@@ -108,36 +147,38 @@ class UnitMotion:
         laws: Any = None,
     ) -> None:
         self.unit, self.step_s, self.time = unit, step_s, 0.0
-        self.laws = np.zeros((0, 1)) if laws is None else np.asarray(laws, np.float64)
+        self.laws = np.zeros((0, 1)) if laws is None else np.ascontiguousarray(laws, np.float64)
         self.bristles, self.before = np.zeros(len(self.laws)), np.zeros(len(self.laws))
         self.forces, self.known = np.zeros(len(doors)), np.zeros(len(doors))
-        self.own = [i for i, door in enumerate(doors) if door[0] not in inputs]
-        self.entering = [*inputs, *(doors[i][0] for i in self.own)]
-        self.shown, self.moving = outputs, [name for door in doors for name in door[1:]]
+        self.own: list[int] = [i for i, door in enumerate(doors) if door[0] not in inputs]
         unit.begin(values)
-        self.start = self.last = self._motion()
+        self._entering = Ports(unit, [*inputs, *(doors[i][0] for i in self.own)])
+        self._shown = Ports(unit, outputs)
+        self._moving = Ports(unit, [name for door in doors for name in door[1:]])
+        self._motion: Any = np.ctypeslib.as_array(self._moving.values).reshape(-1, 2)
+        self._moving.get()
+        self.start, self.last = self._motion.copy(), self._motion.copy()
 
     def outputs(self) -> list[float]:
         """Those of now."""
-        return self.unit.get(self.shown)
-
-    def _motion(self) -> Any:
-        """Position and speed (doors, 2) of every door."""
-        return np.array(self.unit.get(self.moving)).reshape(-1, 2) if len(self.laws) else np.zeros((0, 2))
+        return self._shown.get()
 
     def step(self, inputs: list[float]) -> None:
         """One step with these inputs."""
         if len(self.laws):
-            now, h = self._motion(), self.step_s
-            self.forces[:] = 0.0
-            for i, law in enumerate(self.laws):
-                door = int(law[1])
-                at = int(law[10]) - 1 if law[10] > 0 else door
-                free = 2 * now[door, 1] - self.last[door, 1] - h * law[9] * self.before[i]
-                x = now[at, 0] - self.start[at, 0]
-                self.before[i], self.bristles[i] = law_force(law, x, free, self.bristles[i], h)
-                self.forces[door] += self.before[i]
-            self.last = now
-        self.unit.put(self.entering, [*inputs, *(float(self.forces[i] + self.known[i]) for i in self.own)])
-        self.unit.slave.doStep(self.time, self.step_s)
+            self._moving.get()
+            forces_of(
+                self.laws,
+                self._motion,
+                self.last,
+                self.start,
+                self.before,
+                self.bristles,
+                self.step_s,
+                self.forces,
+            )
+        if len(self.own):
+            inputs = [*inputs, *(self.forces + self.known)[self.own].tolist()]
+        self._entering.put(inputs)
+        self.unit.step(self.time, self.step_s)
         self.time += self.step_s

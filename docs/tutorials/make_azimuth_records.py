@@ -9,6 +9,7 @@ model.joint("motor").armature[0] *= 1.1
 model.joint("azimuth").armature[0] *= 0.93
 model.tendon_stiffness[0] *= 1.08
 model.joint("azimuth").frictionloss[0] = 0.5
+mujoco.mj_setConst(model, mujoco.MjData(model))  # what follows from the inertias
 
 rng = np.random.default_rng(3)
 for name in ("a", "b", "c"):

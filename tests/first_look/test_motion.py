@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayes_hw.first_look.distortion import distortion, feedback
+from bayes_hw.arrays import FloatArray
+from bayes_hw.first_look.distortion import distortion
+from bayes_hw.first_look.feedback import feedback
 from bayes_hw.first_look.motion import position_error, regimes, reversals, speed_map
 
 
@@ -66,10 +68,46 @@ def test_closed_loop_shows_and_open_loop_does_not() -> None:
         noise[k] = 0.7 * noise[k - 1] + rng.standard_normal()
     drive = rng.standard_normal(6000)
     loop = drive - 0.5 * np.append(np.zeros(2), noise[:-2])
-    closed, opened = feedback([noise], [loop], 20.0), feedback([noise], [drive], 20.0)
+    closed, opened = (feedback([noise], [u], 20.0, [np.zeros(6000)]) for u in (loop, drive))
     assert closed is not None and opened is not None
     assert closed.closed_loop
     assert not opened.closed_loop
+
+
+def driven(loop: bool, seed: int, samples: int = 4000, rate: float = 200.0) -> tuple[FloatArray, FloatArray]:
+    """Command, an acceleration, and angle of a mass with dry friction: of a drive that measures the
+    angle with its noise, or of the same commands played from a file."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) / rate
+    at = np.arange(round(t[-1]) + 2.0)
+    reference = np.interp(t, at, np.cumsum(rng.standard_normal(len(at))))
+    noise = 2e-3 * rng.standard_normal((2, samples))
+    u, y = np.zeros(samples), np.zeros(samples)
+    for kind in (0, 1):  # the second time with the first's commands
+        angle = speed = 0.0
+        for k in range(samples):
+            y[k] = angle + noise[kind, k]
+            if kind == 0 and k > 1:
+                u[k] = 60 * (reference[k] - y[k - 1]) - 3 * (y[k - 1] - y[k - 2]) * rate
+            moved = speed + u[k] / rate
+            speed = np.sign(moved) * max(abs(moved) - 1.0 / rate, 0.0)
+            angle += speed / rate
+        if loop:
+            break
+    return u, y
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_drive_that_measures_the_angle_itself_is_a_loop(seed: int) -> None:
+    """Errors of a linear response hide it, friction being far beyond the noise; the same torques without the
+    loop are none."""
+    for loop in (True, False):
+        u, y = driven(loop, seed)
+        unseen = np.random.default_rng(seed).standard_normal(len(u))
+        found = feedback([unseen], [u], 200.0, [y])
+        assert found is not None
+        assert found.closed_loop == loop
+        assert (found.heard > 0.2) if loop else (found.heard < 0.03)
 
 
 def test_friction_under_a_sweep_is_no_loop() -> None:
@@ -77,7 +115,9 @@ def test_friction_under_a_sweep_is_no_loop() -> None:
     t = np.arange(6000) / 25
     sweep = np.sin(2 * np.pi * (0.05 + 0.02 * t) * t)
     friction = np.convolve(np.sign(sweep), np.exp(-np.arange(50) / 8))[:6000]
-    found = feedback([friction + 0.02 * np.random.default_rng(1).standard_normal(6000)], [sweep], 25.0)
+    found = feedback(
+        [friction + 0.02 * np.random.default_rng(1).standard_normal(6000)], [sweep], 25.0, [np.zeros(6000)]
+    )
     assert found is not None
     assert abs(found.correlation) > 0.1
     assert not found.closed_loop

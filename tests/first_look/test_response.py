@@ -88,3 +88,20 @@ def test_raw_response_is_smaller_where_limits_are_met(strong: tuple[TwinExperime
     assert seen.response is not None
     low = seen.response.linear.frequency_hz < 0.3
     assert np.median((seen.response.best_linear.magnitude / seen.response.linear.magnitude)[low]) < 0.95
+
+
+def test_a_beginning_that_was_not_measured_is_no_dead_zone() -> None:
+    """The angle from which it would count is then unknown; where the axis begins is estimated."""
+    rng = np.random.default_rng(8)
+    u = np.concatenate([np.zeros(50), np.repeat(rng.uniform(-0.5, 1.0, 60), 40), np.zeros(50)])
+    whole = measured(three_twins()["slow"], u, 1e-4, rng)
+    shown = whole.y > 2.0
+    clipped = replace(whole, measured=shown & (np.arange(len(u)) > 60))
+    assert 0.03 < np.mean(~shown) < 0.4
+    wrong = statics([clipped.y - clipped.y[0]], [u], whole.sample_rate_hz)
+    assert wrong.half_width is not None and wrong.half_width > 0.5
+    seen, complete = look([clipped]), look([whole])
+    assert seen.statics.half_width is None
+    assert seen.response is not None and complete.response is not None
+    known, all_of_it = (np.mean(r.linear.coherence > 0.8) for r in (seen.response, complete.response))
+    assert known > 0.8 * all_of_it

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -52,8 +53,28 @@ def test_the_integral_is_that_of_quadrature(missing: list[int]) -> None:
 
     top = at(0.4)
     area, _ = integrate.quad(lambda level: np.exp(at(level) - top), -3, 4, epsabs=1e-12)
-    found = integrated(lambda s: log_likelihood(s, SAMPLES, SIGMA, PARTIAL, holes), sums, SAMPLES, SIGMA)
+    likelihood = partial(log_likelihood, samples=SAMPLES, sigma=SIGMA, partial=PARTIAL, holes=holes)
+    found = integrated(likelihood, sums, SAMPLES, SIGMA)
     assert found[0] == pytest.approx(top + np.log(area), abs=1e-8)
+    far = integrated(likelihood, sums_of(RESIDUALS + 1e4), SAMPLES, SIGMA)
+    assert far[0] == pytest.approx(found[0], abs=1e-5)
+
+
+def test_what_nobody_measured_takes_no_digits(small_axis: HammersteinWiener) -> None:
+    """Where a record begins far from its first reading, steps of the likelihood are as smooth as of one that
+    was counted from where it began."""
+    quiet = replace(small_axis, noise_sigma=1e-5)
+    record, mask = measured(quiet, 600, seed=5), np.arange(600) >= 150
+    axis, noise = AxisParameters(quiet), noise_parameters(NoiseEstimate(1e-5, np.zeros(0)), "deg")
+    values = np.concatenate([axis.nominal, [1e-5]])
+    batch = np.repeat(values[:, None], 9, axis=1)
+    batch[2] += 1e-9 * np.linspace(-1, 1, 9)
+    steps = []
+    for shift in (0.0, 700.0):
+        one = replace(record, y=record.y + shift, measured=mask, level_sd=800.0)
+        height = LogPosterior(axis, noise, [one]).log_likelihood(batch)
+        steps.append(np.ptp(np.diff(height, 3)))
+    assert max(steps) < 1e-4
 
 
 def counted(record: Record, shift: float, level_sd: float) -> Record:

@@ -54,6 +54,23 @@ def test_many_draws_agree_with_brute_force(spread: float) -> None:
     np.testing.assert_allclose([low, high], brute, atol=0.05 * (1 + 2 * spread))
 
 
+def test_a_beginning_that_was_not_measured_has_the_level_of_its_readings(
+    small_axis: HammersteinWiener, small_record: Record
+) -> None:
+    """For each draw; bands are as wide as the noise, not as what was unknown before any model."""
+    axis = AxisParameters(small_axis)
+    start = starting_point(axis, [small_record], np.random.default_rng(0))
+    mode = as_values((*axis.parameters, *start.noise_parameters), start.coordinates)
+    values = np.tile(mode, (1, 40, 1))
+    sampled = Posterior(axis, start.noise_parameters, values, np.zeros((1, 40)), mode, True, (), 0.0)
+    mask = np.arange(len(small_record)) >= 120
+    moved = replace(small_record, y=small_record.y + 7.0, measured=mask, level_sd=9.0)
+    found = predict(sampled, moved, np.random.default_rng(1))
+    assert abs(float(np.mean((moved.y - found.mean)[mask]))) < 1e-9
+    assert np.max(found.upper - found.lower) < 8 * small_axis.noise_sigma
+    assert band_coverage(found).achieved > 0.85
+
+
 def test_two_far_draws() -> None:
     """A distribution with a gap wider than its noise: the probit is far from linear."""
     outputs = np.array([[-5.0], [5.0]])

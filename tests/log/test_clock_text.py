@@ -33,3 +33,8 @@ def test_iso_stamps_are_their_differences(dates: list[datetime], between: str, z
 def test_a_day_that_there_is_not_is_named() -> None:
     with pytest.raises(StampError, match="2026-02-30"):
         read_stamps(np.array(["2026-02-28T10:00:00", "2026-02-30T10:00:01"]))
+
+
+def test_a_stamp_beyond_all_numbers_is_named() -> None:
+    with pytest.raises(StampError, match="'1e999' is no number"):
+        read_stamps(np.array(["0.1", "1e999", "0.3"]))

@@ -43,3 +43,13 @@ def test_responses_come_back(frequency: float) -> None:
         np.sort_complex(np.linalg.eigvals(system(frequency)[0])),
         atol=1e-7,
     )
+
+
+def test_responses_that_are_too_short_are_told_by_their_error() -> None:
+    """A second system, seen only after the first steps, is missing from what these tell."""
+    alone = responses(*system(0.2))
+    late = alone.copy()
+    late[len(late) // 2 :] += 0.1 * alone[: len(alone) - len(late) // 2]
+    steps = len(alone) // 3
+    assert Realisation.of(alone[:steps]).error(alone, steps) < 1e-9
+    assert Realisation.of(late[:steps]).error(late, steps) > 1e-3

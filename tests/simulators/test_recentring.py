@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from example_axis import DECLARED, DECLARED_LOOP, TORQUE_MOTOR, commands, record
 
 pytest.importorskip("mujoco")
 
-from bayes_hw.gap.fit.explanation import with_coloured_noise
+from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import fit
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.attribute import Attribution
@@ -19,6 +20,7 @@ from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.simulators.mjcf_axis import MjcfAxis
 from bayes_hw.simulators.recentring import RecentredHypothesis, Recentring
 from bayes_hw.simulators.simulator_diagnosis import open_simulator, simulator_case
+from bayes_hw.time_budget import at_most
 
 SIGMA, SAMPLES, OFF = 0.002, 700, 1.1
 LIMIT = 0.5
@@ -76,6 +78,30 @@ def test_an_explanation_ends_where_the_simulator_itself_fits(asked: tuple[MjcfAx
     true = np.log(OFF * np.array([parameter.nominal for parameter in axis.parameters]))
     assert np.all(np.abs(refined.fit.coordinates - true) < 4 * sds)
     assert refined.log_evidence > first.log_evidence
+
+
+def test_out_of_time_only_the_base_is_fitted_on_the_full_simulator(
+    asked: tuple[MjcfAxis, Question], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is left stays as the linear axis has it, and the answer is said to be cut short."""
+    axis, about = asked
+    first = with_coloured_noise(
+        fit(about.base, about.measured, about.base.prior_means, Plain(SIGMA)), about.measured
+    )
+    other = replace(first, fit=fit(about.base, about.measured, about.base.prior_means + 0.01, Plain(SIGMA)))
+    tried: list[Explanation] = []
+
+    def noted(_: Recentring, one: Explanation, measured: object) -> Explanation:  # noqa: ARG001
+        tried.append(one)
+        return one
+
+    monkeypatch.setattr(Recentring, "_fitted", noted)
+    for seconds, cut_short in ((0.0, True), (60.0, False)):
+        tried.clear()
+        with at_most(seconds):
+            found = Recentring(axis, Each()).refined(about, Attribution(first, (other,), (0.0,), ()))
+        assert found.cut_short == cut_short
+        assert tried == ([first] if cut_short else [first, other])
 
 
 def test_without_a_full_simulator_nothing_is_moved(asked: tuple[MjcfAxis, Question]) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse
+from bayes_hw.quantities import output_word
 from bayes_hw.record import Record, Units
 from bayes_hw.report.axis.axis_sight import ErrorOver, Sight, StepOfVelocity
 from bayes_hw.report.page.document import Figure
@@ -27,9 +28,10 @@ SHOWN = 0.3
 
 
 def command_and_angle(records: Sequence[Record], limits: Sequence[float]) -> Figure:
-    """Command with the limits found, and angle, of every record in a column of its own, four at most."""
+    """Command with the limits found, and angle or position, of every record in a column, four at most."""
     shown = list(records)[:4]
     units = shown[0].units
+    word = output_word(units.output)
     with drawing_settings():
         canvas = new_canvas(2.6)
         rows = canvas.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row")
@@ -43,13 +45,13 @@ def command_and_angle(records: Sequence[Record], limits: Sequence[float]) -> Fig
             command.set_title(drawable(record.name))
             angle.set_xlabel(with_unit("time", units.time))
         rows[0][0].set_ylabel(with_unit("command", units.input))
-        rows[1][0].set_ylabel(with_unit("angle", units.output))
+        rows[1][0].set_ylabel(with_unit(word, units.output))
         canvas.align_ylabels()
         more = f" {len(records) - len(shown)} further records are not drawn." if len(records) > 4 else ""
         return finished(
             canvas,
-            f"What was recorded: command (above, the limits found dashed) and measured angle (below).{more}",
-            f"Command and angle over time of {len(shown)} records.",
+            f"What was recorded: command (above, the limits found dashed) and measured {word} (below).{more}",
+            f"Command and {word} over time of {len(shown)} records.",
         )
 
 

@@ -18,6 +18,7 @@ from bayes_hw.files import staged, write_json, write_text_atomically
 from bayes_hw.first_look.advice import coherent_band, reverses
 from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
+from bayes_hw.quantities import output_word
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
 from bayes_hw.report.page.palette import page_colours
 from bayes_hw.report.page.render import script_json
@@ -57,6 +58,7 @@ def to_html(look: Look, title: str = "") -> str:
             cards=cards(look),
             facts=[*facts(look), *treatment(look)],
             records=[record.name for record in look.records],
+            output=output_word(look.records[0].units.output),
             distortion=look.distortion,
             plots=script_json(plots(look)),
             has_response=look.response is not None,
@@ -97,7 +99,8 @@ def treatment(look: Look) -> list[tuple[str, str]]:
     """What was done to the records, for the table at the end; nothing where nothing was."""
     first = look.records[0]
     moved = [f"{o:.6g}" for o in look.origins if o != 0]
-    done = [f"angles count from where each record begins ({', '.join(moved)} {first.units.output})"]
+    unit = first.units.output
+    done = [f"{output_word(unit)}s count from where each record begins ({', '.join(moved)} {unit})"]
     said = [*(done if moved else []), *first.treatment]
     return [("how the records were read", "; ".join(said))] if said else []
 

@@ -11,6 +11,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import TRUSTED
 from bayes_hw.first_look.look import Look
+from bayes_hw.quantities import output_word
 from bayes_hw.record import Record
 from bayes_hw.report.page.content import extremes
 
@@ -57,7 +58,7 @@ def plots(look: Look) -> list[dict[str, Any]]:
         _plot(
             "position",
             f"mean error, {first.units.output}",
-            f"angle, {first.units.output}",
+            f"{output_word(first.units.output)}, {first.units.output}",
             position.angle,
             {"mean error": position.mean},
             band=(position.mean - 2 * position.standard_error, position.mean + 2 * position.standard_error),
@@ -80,7 +81,7 @@ def time_plot(name: str, record: Record, error: FloatArray, share: float) -> dic
     units = record.units
     panels = (
         (f"command, {units.input}", "command", record.u),
-        (f"angle, {units.output}", "angle", record.y),
+        (f"{output_word(units.output)}, {units.output}", "angle", record.y),
         (f"error, {units.output}", "error", error),
     )
     return {

@@ -223,14 +223,14 @@ def coverage(rows: Sequence[Coverage], interval: str = "95 % binomial interval")
 
 def fit_canvas(record: Record, simulated: FloatArray) -> Canvas:
     """Measured and simulated output (samples,), output units, over time; below, their difference."""
-    t = record.t - record.t[0]
+    t, y = record.t - record.t[0], np.where(record.measured_samples, record.y, simulated)
     with drawing_settings():
         canvas = new_canvas(2.9)
         whole, residual = canvas.subplots(2, 1, height_ratios=(3, 1.6), sharex=True)
-        whole.plot(*outline(t, record.y), color=DATA, linewidth=1.4, label="record")
+        whole.plot(*outline(t, y), color=DATA, linewidth=1.4, label="record")
         whole.plot(*outline(t, simulated), color=MODEL, linewidth=0.9, label="model")
         whole.set_ylabel(with_unit("output", record.units.output))
-        residual.plot(*outline(t, record.y - simulated), color=RESIDUAL, linewidth=0.6)
+        residual.plot(*outline(t, y - simulated), color=RESIDUAL, linewidth=0.6)
         residual.axhline(0, color=INK, linewidth=0.6)
         residual.set_ylabel(with_unit("residual", record.units.output))
         residual.set_xlim(t[0], t[-1])

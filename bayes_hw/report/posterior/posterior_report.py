@@ -147,7 +147,7 @@ def _model_section() -> Section:
         "Model",
         (
             Equation(
-                equations.CASCADE, "u is the command, y the measured angle, all in the units of the records."
+                equations.CASCADE, "u is the command, y the measured output, all in the units of the records."
             ),
             Equation(
                 equations.SATURATION, "The gains c₁, c₂, c₃ of the static blocks are one (normalization)."
@@ -170,12 +170,13 @@ def _model_section() -> Section:
 
 
 def predicted_record_of(prediction: Prediction) -> PredictedRecord:
-    """A prediction as its figures take it, times counted from the first sample."""
+    """A prediction as its figures take it, times counted from the first sample; where nothing was measured
+    the record is drawn as predicted, and so not seen."""
     record = prediction.record
     return PredictedRecord(
         name=record.name,
         t=record.t - record.t[0],
-        y=record.y,
+        y=np.where(record.measured_samples, record.y, prediction.mean),
         mean=prediction.mean,
         parameters_lower=prediction.lower_parameters,
         parameters_upper=prediction.upper_parameters,
@@ -243,7 +244,7 @@ def _prediction_section(analysis: Analysis) -> Section:
     blocks.append(
         ZoomableRecord(
             first.record.t - first.record.t[0],
-            first.record.y,
+            np.where(first.record.measured_samples, first.record.y, first.mean),
             first.mean,
             first.lower,
             first.upper,
