@@ -67,7 +67,7 @@ def test_without_effects_it_is_the_plain_loop(ratio: int) -> None:
         np.testing.assert_allclose(mine, theirs, rtol=1e-7, atol=1e-9)
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("chains")
 def test_friction_makes_the_loop_lag() -> None:
     """More than the plain axis: the effect is really in the loop."""
     (effect,) = [e for e in catalogue() if e.name == "friction (Coulomb, load)"]

@@ -48,7 +48,7 @@ def copied(blind_set: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(blind_set, tmp_path / "set"))
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_cases_are_in_the_fixed_format(blind_set: Path) -> None:
     """Every record can be read, the model too, at one rate; the commands are as sealed."""
     for number in range(3):
