@@ -49,7 +49,7 @@ EACH_ELSEWHERE = 3
 def main() -> None:
     study = start_study("09_power", __doc__, diagnoses=True)
     labels = list(LABEL_BLOCKS)[:2] if study.quick else list(LABEL_BLOCKS)
-    settings = list(SETTINGS)[:1] if study.quick else list(SETTINGS)
+    settings = list(SETTINGS)[1:2] if study.quick else list(SETTINGS)
     checks = {}
     for number, name in enumerate(settings):
         each = study.part_of(EACH if number == 0 else EACH_ELSEWHERE)

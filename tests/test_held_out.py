@@ -23,7 +23,7 @@ def test_of_several_records_the_last() -> None:
     assert third.name in chosen.said
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_of_one_record_the_last_third_which_is_scored_alone() -> None:
     (record,) = measured((), 900, (1,))
     chosen = held_out_of([record], [])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -103,18 +103,18 @@ def families(circumstances: Circumstances) -> tuple[Family, ...]:
     modulation = Setting("modulation_hz", slowest, min(1.0, highest / 4))
     shortest_hold = FEWEST_HOLD_SAMPLES / c.sample_rate_hz
     return (
-        Family("plain_sweep", "plain sweep", (amplitude, stop, offset), partial(_plain, c)),
+        Family("plain_sweep", "plain sweep", (amplitude, stop, offset), partial(_swept, sine_sweep, (), c)),
         Family(
             "amplitude_modulated_sweep",
             "amplitude-modulated sweep",
             (amplitude, stop, offset, modulation, Setting("depth", 0.0, 1.0, logarithmic=False)),
-            partial(_amplitude_modulated, c),
+            partial(_swept, amplitude_modulated_sweep, ("modulation_hz", "depth"), c),
         ),
         Family(
             "phase_modulated_sweep",
             "phase-modulated sweep",
             (amplitude, stop, offset, modulation, Setting("deviation_rad", 0.5, 30.0)),
-            partial(_phase_modulated, c),
+            partial(_swept, phase_modulated_sweep, ("modulation_hz", "deviation_rad"), c),
         ),
         Family(
             "random_phase_multisine",
@@ -141,39 +141,21 @@ def families(circumstances: Circumstances) -> tuple[Family, ...]:
     )
 
 
-def _plain(c: Circumstances, s: Mapping[str, float]) -> FloatArray:
-    sweep = sine_sweep(
-        c.sample_rate_hz, c.duration_s, s["amplitude"], 0.0, s["stop_hz"], start_phase_rad=START_PHASE_RAD
-    )
-    return _with_offset(c, sweep, s)
-
-
-def _amplitude_modulated(c: Circumstances, s: Mapping[str, float]) -> FloatArray:
-    sweep = amplitude_modulated_sweep(
+def _swept(
+    sweep: Callable[..., FloatArray], names: Sequence[str], c: Circumstances, s: Mapping[str, float]
+) -> FloatArray:
+    """A sweep up to `stop_hz` from zero, with its own settings `names`."""
+    own = {name: s[name] for name in names}
+    u = sweep(
         c.sample_rate_hz,
         c.duration_s,
         s["amplitude"],
         0.0,
         s["stop_hz"],
-        modulation_hz=s["modulation_hz"],
-        depth=s["depth"],
         start_phase_rad=START_PHASE_RAD,
+        **own,
     )
-    return _with_offset(c, sweep, s)
-
-
-def _phase_modulated(c: Circumstances, s: Mapping[str, float]) -> FloatArray:
-    sweep = phase_modulated_sweep(
-        c.sample_rate_hz,
-        c.duration_s,
-        s["amplitude"],
-        0.0,
-        s["stop_hz"],
-        modulation_hz=s["modulation_hz"],
-        deviation_rad=s["deviation_rad"],
-        start_phase_rad=START_PHASE_RAD,
-    )
-    return _with_offset(c, sweep, s)
+    return _with_offset(c, u, s)
 
 
 def _multisine(c: Circumstances, s: Mapping[str, float]) -> FloatArray:

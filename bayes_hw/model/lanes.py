@@ -143,7 +143,7 @@ def _divide_lanes(left, right):  # type: ignore[no-untyped-def]
     return (lambda left, right: _divide(left, right)) if _is_lanes(left, right) else None
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def aligned_rows(rows):  # type: ignore[no-untyped-def]
     """An uninitialised array (rows, LANES) that begins with a cache line."""
     memory = np.empty(rows * LANES + CACHE_LINE)

@@ -329,7 +329,7 @@ def integrate(
         inputs[LOAD_TORQUE] = outside[EXTERNAL_LOAD]
         inputs[PAIR_TORQUE] = 0.0
         inputs[STRUCTURE_TORQUE] = outside[EXTERNAL_STRUCTURE]
-        corrected[:] = inputs
+        copied(inputs, corrected)
         _torques(x, v, slip, yielded, outside, physics, gear, inputs)
         advance(transition, forcing, x, inputs, predicted)
         _torques(predicted, v, slip, yielded, outside, physics, gear, corrected)
@@ -349,10 +349,17 @@ def integrate(
             step,
         )
         turned = predicted[TORSION] - x[TORSION]
-        x[:] = predicted
+        copied(predicted, x)
         slip = slipped(x[TORSION], slip, physics, gear)
         yielded = yielding(turned, yielded, physics)
     return w
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def copied(values: FloatArray, to: FloatArray) -> None:
+    """`to` = values; as a slice that is assigned, numba compiles the words of its errors too, for seconds."""
+    for i in range(len(values)):
+        to[i] = values[i]
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]

@@ -33,7 +33,7 @@ def few(axis: AxisDraws) -> AxisDraws:
     return axis.take(np.arange(40))
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_below_the_critical_gain_there_is_none(few: AxisDraws) -> None:
     controller = Controller("P", 20.0, 0.5 * critical_gain(few), low_pass_hz=3.0)
     for check in check_cycles(Loop(few, controller), 40):

@@ -61,10 +61,17 @@ def test_dead_zone_of_a_linear_motor_is_named_with_its_edges() -> None:
     assert verdict.gap_holdout.rmse_after == pytest.approx(1.0, rel=0.1)
 
 
+@pytest.fixture(scope="module")
+def nothing_missing() -> Diagnosis:
+    """Of a motor whose noise is known."""
+    return diagnosed(motor(1.0), motor_records(0.0, 0.0))
+
+
 @pytest.mark.parametrize("noise_sigma", [float("nan"), 1.0])
-def test_nothing_is_named_where_there_is_nothing(noise_sigma: float) -> None:
+def test_nothing_is_named_where_there_is_nothing(nothing_missing: Diagnosis, noise_sigma: float) -> None:
     """With the noise known and unknown; base parameters come back."""
-    found = diagnosed(motor(noise_sigma), motor_records(0.0, 0.0))
+    unknown = np.isnan(noise_sigma)
+    found = diagnosed(motor(noise_sigma), motor_records(0.0, 0.0)) if unknown else nothing_missing
     assert found.verdict.answer == ()
     assert "Nothing is missing" in sentence(found)
     gain = found.verdict.base["speed_per_volt"]
@@ -118,8 +125,10 @@ def test_friction_of_a_rigid_axis_in_closed_loop_is_named(friction: Diagnosis) -
     assert verdict.parameters["friction.viscous_asymmetry"].mean == pytest.approx(-1 / 3, abs=0.1)
 
 
-def test_only_labels_that_find_a_door_are_in_question(friction: Diagnosis) -> None:
-    without = diagnosed(motor(1.0), motor_records(0.0, 0.0)).verdict.probability
+def test_only_labels_that_find_a_door_are_in_question(
+    friction: Diagnosis, nothing_missing: Diagnosis
+) -> None:
+    without = nothing_missing.verdict.probability
     with_door = friction.verdict.probability
     assert {"dead_zone", "lag", "saturation", "backlash", "outliers", "rate_limit"} <= set(without)
     assert set(with_door) - set(without) == {"friction", "torque_ripple"}

@@ -196,6 +196,24 @@ class CableDrag(Effect):
 NOT_AN_EFFECT = dict
 
 
+class OfNoBlock(CableDrag):
+    """A part of the axis that nothing is looked for in."""
+
+    block: ClassVar[Block] = "load"  # type: ignore[assignment]
+
+
+class WithoutDoor(PeriodicEffect):
+    """Periodic, and where it enters is not said."""
+
+    label, block, test_values = "detent", "drive", (1.0, 1.0, 0.3)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:  # noqa: ARG002
+        return ()
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        pass
+
+
 def register(monkeypatch: pytest.MonkeyPatch, value: str) -> None:
     point = EntryPoint("extra", value, ENTRY_POINT_GROUP)
 
@@ -260,6 +278,8 @@ def test_the_effect_of_the_how_to_is_registered_and_found(
         ("no_such_package:Thing", "cannot be loaded"),
         (f"{__name__}:no_such_class", "cannot be loaded"),
         (f"{__name__}:NOT_AN_EFFECT", "no subclass of Effect"),
+        (f"{__name__}:WithoutDoor", "gives no door$"),
+        (f"{__name__}:OfNoBlock", "block 'load'; use one of input, linear, drive"),
     ],
 )
 def test_a_broken_registration_is_named(monkeypatch: pytest.MonkeyPatch, value: str, what: str) -> None:

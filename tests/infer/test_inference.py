@@ -33,7 +33,7 @@ def inference(small_axis: HammersteinWiener, small_record: Record) -> Inference:
     return infer(small_axis, [small_record], np.random.default_rng(1), settings=SHORT)
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_the_truth_lies_within_the_posterior(inference: Inference, small_axis: HammersteinWiener) -> None:
     """Every parameter within four posterior standard deviations; nothing is found in the residuals."""
     axis = inference.posterior.axis

@@ -44,7 +44,7 @@ def asked(tmp_path_factory: pytest.TempPathFactory) -> tuple[MjcfAxis, Question]
     return axis, question(case, frozenset())
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("chains")
 def test_the_base_is_moved_by_what_the_linear_axis_lacks(asked: tuple[MjcfAxis, Question]) -> None:
     axis, about = asked
     moved = Recentring(axis, Each()).posed(about).base

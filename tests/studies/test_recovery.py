@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from recovery import KnownAxis, TrueNoise, deviations_of, least_deviations, recover
+from short_sampling import sample_shortly
 
 from bayes_hw.identify.output_error import fit_output_error
 from bayes_hw.infer.sampler import SamplerSettings
@@ -64,7 +65,10 @@ def test_no_information_is_no_bound() -> None:
     np.testing.assert_allclose(deviations_of(information), [0.5, np.inf, 1e-6])
 
 
-def test_a_replicate_scores_every_true_value_that_the_fit_has(small_axis: HammersteinWiener) -> None:
+def test_a_replicate_scores_every_true_value_that_the_fit_has(
+    small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sample_shortly(monkeypatch)
     axis = known_axis(small_axis, TrueNoise(0.01, (0.5,)))
     settings = SamplerSettings(max_steps=50)
     found = recover(axis, np.random.default_rng(4), max_order=3, settings=settings)

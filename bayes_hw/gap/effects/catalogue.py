@@ -20,7 +20,7 @@ from bayes_hw.gap.effects.friction import (
     StribeckFrictionAtMotor,
 )
 from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
-from bayes_hw.gap.effects.labels import LABEL_BLOCKS, Block
+from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS, Block
 from bayes_hw.gap.effects.linear import (
     CubicStiffness,
     ModeOnStructure,
@@ -80,10 +80,24 @@ def catalogue(without: frozenset[str] = frozenset()) -> tuple[Effect, ...]:
             registered = point.load()()
         except Exception as error:
             raise InputError(f"effect {point.name!r} of {point.value}: cannot be loaded ({error})") from error
-        if not isinstance(registered, Effect):
-            raise InputError(f"effect {point.name!r} of {point.value}: is no subclass of Effect")
+        if fault := _fault(registered):
+            raise InputError(f"effect {point.name!r} of {point.value}: {fault}")
         found.append(registered)
     return tuple(effect for effect in found if effect.label not in without)
+
+
+def _fault(registered: object) -> str:
+    """What keeps a registered object from being an effect, empty where nothing does: members that its classes
+    name and give no value, a block that is none."""
+    if not isinstance(registered, Effect):
+        return "is no subclass of Effect"
+    classes = type(registered).__mro__
+    named = dict.fromkeys(name for one in classes for name in vars(one).get("__annotations__", ()))
+    if lacking := [name for name in named if not hasattr(registered, name)]:
+        return f"gives no {' and no '.join(lacking)}"
+    if registered.block not in BLOCKS:
+        return f"block {registered.block!r}; use one of {', '.join(BLOCKS)}"
+    return ""
 
 
 def known_labels() -> list[str]:

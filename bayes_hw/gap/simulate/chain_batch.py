@@ -95,6 +95,30 @@ class PositionLoop:
         return replace(self, noise=noise, start=self.start[index])
 
 
+class LoopInLanes(NamedTuple):
+    """A position loop around every lane, as `simulate_lanes` takes it.
+
+    `delays` and `rows` of the noise (lanes,), `states` of G at rest (n, lanes) and where they are `start`
+    (1, lanes); `commands` (samples, lanes) is filled. The rest is as in `PositionLoop`.
+    """
+
+    numbers: FloatArray
+    sections: FloatArray
+    ratio: int
+    delays: IntArray
+    reference: FloatArray
+    noise: FloatArray
+    rows: IntArray
+    states: FloatArray
+    start: FloatArray
+    commands: FloatArray
+
+
+_NONE, _TABLE, _COUNTS = np.zeros(0), np.zeros((0, 0)), np.zeros(0, np.int64)
+OPEN = LoopInLanes(_NONE, _TABLE, 1, _COUNTS, _NONE, _TABLE, _COUNTS, _TABLE, _TABLE, _TABLE)
+"""No loop: the commands are given. The same type, so that one kernel is compiled for both."""
+
+
 class LoopSignals(NamedTuple):
     """Command, w and y (samples, chains) in a position loop."""
 
@@ -196,7 +220,7 @@ def _simulate_alike(
         followed.gains if followed is not None else np.zeros(0),
         w,
         y,
-        None,
+        OPEN,
     )
     return [
         ChainSignals(*(part(signal[: len(u)], record * count, count) for signal in (w, y)))
@@ -231,7 +255,7 @@ def _loops_alike(
         np.zeros(0),
         signals.w,
         signals.y,
-        (
+        LoopInLanes(
             loop.numbers,
             loop.sections,
             loop.ratio,

@@ -138,19 +138,19 @@ def _shown(output, play, s, active, k, rate):  # type: ignore[no-untyped-def]
 def _fed_back(loop, k, group, shown, filters, controls, u):  # type: ignore[no-untyped-def]
     """The controller's sample `k` at what a group's lanes show: its command, written into `u` where it
     arrives."""
-    numbers, sections, ratio, delays, reference, noise, rows, _, _, commands = loop
+    commands, sections = loop.commands, loop.sections
     for i in range(LANES):
         lane = group * LANES + i
         if k == 0:
-            start_at_rest(sections, reference[0] - shown[0, lane], filters[i], controls[i])
-        if k % ratio == 0:
-            error = reference[k] - shown[k, lane]
-            if noise.size > 0:
-                error -= noise[rows[lane], k]
-            commands[k, lane] = next_command(numbers, sections, error, filters[i], controls[i])
+            start_at_rest(sections, loop.reference[0] - shown[0, lane], filters[i], controls[i])
+        if k % loop.ratio == 0:
+            error = loop.reference[k] - shown[k, lane]
+            if loop.noise.size > 0:
+                error -= loop.noise[loop.rows[lane], k]
+            commands[k, lane] = next_command(loop.numbers, sections, error, filters[i], controls[i])
         else:
             commands[k, lane] = commands[k - 1, lane]
-        arrival = k + delays[lane]
+        arrival = k + loop.delays[lane]
         if arrival < len(u):
             u[arrival, lane] = commands[k, lane]
 
@@ -203,9 +203,9 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
     real and imaginary parts of pairs as two rows, `inputs_of` (1, n, lanes) or by torque (2, n, lanes) what
     a unit input adds in a step, `outputs_of` (4, n, lanes) the gains to w, motor angle, motor speed and load
     speed. Where `known_positions` (samples, lanes) has rows, ripple is taken `known_share` of the way from
-    the simulated w to them.
+    the simulated w to them. `loop` is a `chain_batch.LoopInLanes`, without samples where no loop is closed.
     """
-    samples, groups = len(u), settings.shape[1] // LANES
+    samples, groups, closed = len(u), settings.shape[1] // LANES, len(loop.reference) > 0
     n, t_n = len(factors_of), len(torque_factors_of)
     h = 1.0 / (rate * substeps)
     s, ds, start = aligned_rows(S.COUNT), aligned_rows(1), aligned_rows(1)
@@ -271,12 +271,12 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
         if mesh:
             stiffness_ratio = stiffness / load_stiffness
         x[:], b[:] = 0.0, 0.0
+        filters, controls = np.zeros((LANES, len(loop.sections), 2)), np.zeros((LANES, STATES))
         followed, ramped, play, earlier, last_place = zero, zero, zero, zero, zero
-        if loop is not None:
-            gather(loop[7], group, x)
-            gather(loop[8], group, start)
+        if closed:
+            gather(loop.states, group, x)
+            gather(loop.start, group, start)
             play, last_place = load(start, 0), load(start, 0)
-            filters, controls = np.zeros((LANES, len(loop[1]), 2)), np.zeros((LANES, STATES))
         bristle, load_bristle, v = zero, zero, zero
         part = zero
         if active[S.EXTRA_DELAY]:
@@ -285,7 +285,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             position = output_of(W, outputs, x)
             if torques:
                 position = position + output_of(W, t_outputs, b)
-            if loop is not None and ahead_of_command:
+            if closed and ahead_of_command:
                 _, _, _, shown = _shown(position, play, s, active, k, rate)
                 store(y_out, k * groups + group, shown)
                 _fed_back(loop, k, group, y_out, filters, controls, u)
@@ -390,7 +390,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
             if len(w_out):
                 store(w_out, k * groups + group, at)
             store(y_out, k * groups + group, shown)
-            if loop is not None and not ahead_of_command:
+            if closed and not ahead_of_command:
                 _fed_back(loop, k, group, y_out, filters, controls, u)
             if len(targets):
                 error = load(targets, k * groups + group) - shown

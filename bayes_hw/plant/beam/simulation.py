@@ -27,6 +27,7 @@ from bayes_hw.plant.integrator import (
     Gear,
     Physics,
     advance,
+    copied,
     demand_correction,
     driven,
     gear_correction,
@@ -182,7 +183,7 @@ def integrate_beam(
         inputs[MOTOR_TORQUE] = outside[EXTERNAL_MOTOR]
         inputs[LOAD_TORQUE] = outside[EXTERNAL_LOAD]
         inputs[STRUCTURE_TORQUE] = outside[EXTERNAL_STRUCTURE]
-        corrected[:] = inputs
+        copied(inputs, corrected)
         _torques(x, v, slip, yielded, outside, physics, gear, asked, direct, places, inputs)
         advance(transition, forcing, x, inputs, predicted)
         _torques(predicted, v, slip, yielded, outside, physics, gear, asked, direct, places, corrected)
@@ -202,7 +203,7 @@ def integrate_beam(
             step,
         )
         turned = predicted[one] - predicted[other] - x[one] + x[other]
-        x[:] = predicted
+        copied(predicted, x)
         slip = slipped(x[one] - x[other], slip, physics, gear)
         yielded = yielding(turned, yielded, physics)
     return w

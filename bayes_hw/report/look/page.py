@@ -6,13 +6,8 @@ is 50 kB; Bokeh's and Plotly's scripts are above the size that a page may have.
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from importlib.resources import files
 from pathlib import Path
-
-from jinja2 import DictLoader, Environment, StrictUndefined
-from markupsafe import Markup
 
 from bayes_hw.files import staged, write_json, write_text_atomically
 from bayes_hw.first_look.advice import coherent_band, reverses
@@ -20,8 +15,7 @@ from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.quantities import output_word
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
-from bayes_hw.report.page.palette import page_colours
-from bayes_hw.report.page.render import script_json
+from bayes_hw.report.page.render import environment, page_of, script_json
 from bayes_hw.report.page.rounding import (
     format_duration,
     format_estimate,
@@ -48,6 +42,7 @@ def to_html(look: Look, title: str = "") -> str:
             (FOLDER / "look.css").read_text("utf-8"),
         ]
     )
+<<<<<<< HEAD
     return (
         _environment()
         .get_template("look.html")
@@ -70,6 +65,24 @@ def to_html(look: Look, title: str = "") -> str:
             script=Markup(script),
             script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
         )
+=======
+    return page_of(
+        _templates(),
+        title=visible(title or ", ".join(record.name for record in look.records)),
+        style=style,
+        script=script,
+        subtitle=visible(subtitle(look)),
+        advice=look.advice,
+        cards=cards(look),
+        facts=[*facts(look), *treatment(look)],
+        records=[record.name for record in look.records],
+        distortion=look.distortion,
+        plots=script_json(plots(look)),
+        has_response=look.response is not None,
+        has_noise=look.noise is not None,
+        limited=is_limited(look),
+        repeats=look.repeated.is_seen,
+>>>>>>> house
     )
 
 
@@ -83,7 +96,7 @@ def write(look: Look, folder: Path, title: str = "") -> None:
 
 def first_screen(look: Look) -> str:
     """The sentence, the cards and the advice alone, as a fragment for notebooks."""
-    return _environment().get_template("first.html").render(advice=look.advice, cards=cards(look))
+    return environment(_templates()).get_template("first.html").render(advice=look.advice, cards=cards(look))
 
 
 def subtitle(look: Look) -> str:
@@ -243,12 +256,5 @@ def _arcsec(value: float, unit: str) -> str:
     )
 
 
-def _environment() -> Environment:
-    names = ("look.html", "first.html")
-    return Environment(
-        loader=DictLoader({name: (FOLDER / name).read_text("utf-8") for name in names}),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+def _templates() -> dict[str, str]:
+    return {name: (FOLDER / name).read_text("utf-8") for name in ("look.html", "first.html")}

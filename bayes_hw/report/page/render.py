@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,25 +28,46 @@ def to_html(report: Report) -> str:
     """The page: no script, style, font or picture from outside, and a policy that forbids any."""
     content = report_content(report)
     script = _asset("zoom.js") if _has_zoom(content) else ""
-    environment = Environment(
-        loader=DictLoader({"report.html": _asset("report.html")}),
+    return page_of(
+        {"report.html": _asset("report.html")},
+        title=content["title"],
+        style=_asset("report.css"),
+        script=script,
+        report=content,
+    )
+
+
+def page_of(templates: Mapping[str, str], *, title: str, style: str, script: str, **content: Any) -> str:
+    """A page by the first of `templates`, which begins with head.html and may include the others."""
+    return (
+        environment(templates)
+        .get_template(next(iter(templates)))
+        .render(
+            title=title,
+            style=Markup(style),
+            colours=page_colours(),
+            script=Markup(script),
+            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
+            **content,
+        )
+    )
+
+
+def environment(templates: Mapping[str, str]) -> Environment:
+    """What renders `templates` and the head of every page; what is put into them is escaped."""
+    found = Environment(
+        loader=DictLoader({**templates, "head.html": _asset("head.html")}),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["data_uri"] = _svg_data_uri
-    environment.filters["script_json"] = script_json
-    environment.filters["formula_svg"] = formula_svg
-    environment.filters["breakable"] = breakable
-    environment.filters["percent_of_column"] = _percent_of_column
-    return environment.get_template("report.html").render(
-        report=content,
-        style=Markup(_asset("report.css")),
-        colours=page_colours(),
-        script=Markup(script),
-        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
-    )
+    found.filters["data_uri"] = _svg_data_uri
+    found.filters["script_json"] = script_json
+    found.filters["formula_svg"] = formula_svg
+    found.filters["breakable"] = breakable
+    found.filters["percent_of_column"] = _percent_of_column
+    return found
 
 
 def _asset(name: str) -> str:

@@ -88,7 +88,7 @@ def test_a_label_of_another_package_has_its_own_block() -> None:
     assert block_shares(decision(("ice",), ice=0.9, snow=0.1), blocks)["dish"] == 0.9
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("chains")
 def test_a_torque_that_remembers_reversals_is_the_drive() -> None:
     """A torque largest 0.4 s after the axis turned: without memory it would be taken for lags."""
     fit = with_residuals(noise())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive_axis import RATE, command, drive_axis, hypothesis
+from numba import typeof
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
@@ -14,6 +15,7 @@ from bayes_hw.gap.answer.train_axis import TrainLoop
 from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
+from bayes_hw.gap.simulate import chain_batch
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
@@ -67,7 +69,7 @@ def test_without_effects_it_is_the_plain_loop(ratio: int) -> None:
         np.testing.assert_allclose(mine, theirs, rtol=1e-7, atol=1e-9)
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("chains")
 def test_friction_makes_the_loop_lag() -> None:
     """More than the plain axis: the effect is really in the loop."""
     (effect,) = [e for e in catalogue() if e.name == "friction (Coulomb, load)"]
@@ -76,3 +78,12 @@ def test_friction_makes_the_loop_lag() -> None:
     bare = looped(model, hypothesis(model, [command(SAMPLES, 1)]), base_of(model)[None], CONTROLLER)
     found = hypothesis(model, [command(SAMPLES, 1)], effect)
     assert np.abs(looped(model, found, values[None], CONTROLLER).y - bare.y).max() > 1e-4
+
+
+def test_no_loop_is_of_the_same_type_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that the simulator of chains is compiled once for both."""
+    given: list[object] = []
+    monkeypatch.setattr(chain_batch, "simulate_lanes", lambda *arguments: given.append(arguments[-1]))
+    model = drive_axis()
+    looped(model, hypothesis(model, [command(SAMPLES, 1)]), base_of(model)[None], CONTROLLER)
+    assert [typeof(one) for one in given] == [typeof(chain_batch.OPEN)]

@@ -6,12 +6,14 @@ import importlib
 import json
 import runpy
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from serial_executor import SerialExecutor
 
 from bayes_hw.gap.blind.counts import Share
+from bayes_hw.plant.kinds import KINDS
 from bayes_hw.report.blind.figures_blind import shares
 from bayes_hw.report.page.document import Paragraph, Report, Section
 
@@ -37,9 +39,11 @@ def test_quick_run(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Results and both reports are written, and the working folder is gone; their figures are drawn in tests
-    of the reports."""
+    """On records of 40 s, where the study leaves the length open: results and both reports are written, and
+    the working folder is gone; their figures are drawn in tests of the reports."""
     monkeypatch.syspath_prepend(str(STUDIES))
+    for kind in ("easy", "hard"):
+        monkeypatch.setitem(KINDS, kind, replace(KINDS[kind], durations_s=(40.0,)))  # type: ignore[arg-type]
     study = importlib.import_module("study")
     monkeypatch.setattr(study, "make_executor", lambda *_: SerialExecutor())
     arguments = ["--quick", "--quiet", "--out", str(tmp_path), "--diagnosis", f"stand_in:{diagnosis}"]

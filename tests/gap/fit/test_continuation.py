@@ -24,7 +24,7 @@ PLAIN = Plain(SIGMA)
 BASE = hypothesis(AXIS, INPUTS)
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("chains")
 @pytest.mark.parametrize("torque, period", [(1.5, 0.06), (2.0, 0.06)])
 def test_a_minimum_is_found_that_a_plain_fit_misses(torque: float, period: float) -> None:
     """Both from the same start, the period that a scan at the measured positions finds."""

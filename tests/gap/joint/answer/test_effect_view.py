@@ -89,7 +89,7 @@ def test_an_effect_that_is_not_there_lies_at_zero() -> None:
     assert np.mean(np.abs(view.y) < 1.3 * view.half) > 0.8
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_what_was_not_measured_does_not_speak_for_the_law() -> None:
     """A fit whose law is twice too large: the points tell so from a quarter of the samples as from all, with
     intervals twice as wide."""

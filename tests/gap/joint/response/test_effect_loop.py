@@ -74,7 +74,7 @@ def test_without_effects_it_is_the_plain_loop() -> None:
         np.testing.assert_allclose(other, plain, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.compiles
+@pytest.mark.compiles("cascades")
 def test_friction_makes_a_slow_reversal_lag() -> None:
     """More than the plain axis: the effect is really in the loop."""
     law = form("friction", "Coulomb, load")
