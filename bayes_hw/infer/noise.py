@@ -85,7 +85,8 @@ def _log_likelihood(lagged, head, tail, samples, sigma, partial, result):  # typ
         log_determinant = 0.0
         for i in range(order):
             kappa = partial[i, k]
-            previous[:i] = phi[:i]
+            for j in range(i):
+                previous[j] = phi[j]
             for j in range(i):
                 phi[j] = previous[j] - kappa * previous[i - 1 - j]
             phi[i] = kappa

@@ -141,7 +141,8 @@ def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untype
         while begin < length:
             end = min(begin + WHITENED_AT_ONCE, length)
             block = out[begin - first : end - first]
-            block[:] = row[begin:end]
+            for k in range(end - begin):
+                block[k] = row[begin + k]
             for i in range(0, eights, 8):
                 p0, p1 = coefficients[order, i], coefficients[order, i + 1]
                 p2, p3 = coefficients[order, i + 2], coefficients[order, i + 3]

@@ -42,30 +42,6 @@ def to_html(look: Look, title: str = "") -> str:
             (FOLDER / "look.css").read_text("utf-8"),
         ]
     )
-<<<<<<< HEAD
-    return (
-        _environment()
-        .get_template("look.html")
-        .render(
-            title=visible(title or ", ".join(record.name for record in look.records)),
-            subtitle=visible(subtitle(look)),
-            advice=look.advice,
-            cards=cards(look),
-            facts=[*facts(look), *treatment(look)],
-            records=[record.name for record in look.records],
-            output=output_word(look.records[0].units.output),
-            distortion=look.distortion,
-            plots=script_json(plots(look)),
-            has_response=look.response is not None,
-            has_noise=look.noise is not None,
-            limited=is_limited(look),
-            repeats=look.repeated.is_seen,
-            style=Markup(style),
-            colours=page_colours(),
-            script=Markup(script),
-            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
-        )
-=======
     return page_of(
         _templates(),
         title=visible(title or ", ".join(record.name for record in look.records)),
@@ -76,13 +52,13 @@ def to_html(look: Look, title: str = "") -> str:
         cards=cards(look),
         facts=[*facts(look), *treatment(look)],
         records=[record.name for record in look.records],
+        output=output_word(look.records[0].units.output),
         distortion=look.distortion,
         plots=script_json(plots(look)),
         has_response=look.response is not None,
         has_noise=look.noise is not None,
         limited=is_limited(look),
         repeats=look.repeated.is_seen,
->>>>>>> house
     )
 
 

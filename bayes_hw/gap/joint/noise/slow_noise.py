@@ -286,7 +286,8 @@ def _levinson(covariance, most, partial):  # type: ignore[no-untyped-def]
         for j in range(i):
             kappa -= phi[j] * covariance[i - j]
         kappa = min(max(kappa / variance, -most), most)
-        before[:i] = phi[:i]
+        for j in range(i):
+            before[j] = phi[j]
         for j in range(i):
             phi[j] -= kappa * before[i - 1 - j]
         phi[i] = partial[i] = kappa
