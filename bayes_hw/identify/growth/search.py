@@ -288,7 +288,7 @@ def absorbed(item: Grown) -> bool:
     residuals are then far larger than its innovations.
     """
     point = item.point
-    innovations = np.sqrt(point.whitener.sum_of_squares(point.residuals) / point.samples)
+    innovations = np.sqrt(point.sum_of_squares / point.samples)
     return bool(point.rms > ABSORBED * innovations)
 
 
