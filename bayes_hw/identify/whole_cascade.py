@@ -18,6 +18,7 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import (
     apparent_delay,
+    at_better_delay,
     coarse_delay,
     safe_delay,
     too_long,
@@ -119,8 +120,9 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
             smaller = [item for item in grown if item.structure.order < found.structure.order]
             sooner = chosen([found, *(with_shorter_delay(item) for item in smaller)], misfit)
             later = with_longer_delay(found)
-            wanted += [sooner.structure.delay_samples, later.structure.delay_samples]
-            tried += [sooner, later]
+            elsewhere = at_better_delay(found)
+            wanted += [item.structure.delay_samples for item in (sooner, later, elsewhere)]
+            tried += [sooner, later, elsewhere]
         tried += grown
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:

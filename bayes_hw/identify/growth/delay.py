@@ -13,8 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.extension import advanced
-from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.identify.growth.search import Grown, likeliest, with_least_squares
 from bayes_hw.record import Record
 
 LONGEST_S = 5.0
@@ -27,6 +28,10 @@ SAFE_SHARE = 0.75
 """Of a delay that is too long."""
 
 APPARENT_TAPS = 6
+
+DELAYS_TRIED = 4
+CLEAR = 3.0
+"""Errors that an output must be away from zero to have left the dead zone."""
 
 
 def longest_delay(records: Sequence[Record]) -> int:
@@ -82,6 +87,45 @@ def coarse_delay(item: Grown) -> Grown:
             return best
         else:
             stride //= 2
+
+
+def at_better_delay(item: Grown) -> Grown:
+    """`item` or, where that is likelier, the same poles begun at another delay with the weights and initial
+    states that least squares gives there.
+
+    A likelihood has many maxima over the delay, for poles and zeros stand in for one: DELAYS_TRIED of those
+    where least squares leaves locally least are descended from, and from their neighbours while that gains.
+    """
+    longest = longest_delay(item.response.records)
+    solved = [_at_solved_delay(item, d) for d in range(longest + 1)]
+    left = np.array([np.inf, *(one for one, _ in solved), np.inf])
+    lowest = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] <= left[2:]))
+    tried = sorted(lowest, key=lambda d: left[1 + d])[:DELAYS_TRIED]
+    return likeliest([item, *(_climbed(item, solved, int(d)) for d in tried)])
+
+
+def _at_solved_delay(item: Grown, delay_samples: int) -> tuple[float, CascadeValues]:
+    """What `item` at another delay leaves, and its values, see `with_least_squares`."""
+    structure = replace(item.structure, delay_samples=delay_samples)
+    return with_least_squares(structure, item.values, item.response.records, CLEAR * item.point.rms)
+
+
+def _climbed(item: Grown, solved: Sequence[tuple[float, CascadeValues]], delay_samples: int) -> Grown:
+    """`item` descended from the solved values of that delay, and of its neighbours while that is likelier."""
+
+    def at(delay: int) -> Grown:
+        structure = replace(item.structure, delay_samples=delay)
+        records, most_noise = item.response.records, item.point.most_noise
+        return Grown.at(structure, solved[delay][1], records, most_noise).descended()
+
+    best = at(delay_samples)
+    for step in (-1, 1):
+        while 0 <= best.structure.delay_samples + step < len(solved):
+            further = at(best.structure.delay_samples + step)
+            if further.log_likelihood <= best.log_likelihood:
+                break
+            best = further
+    return best
 
 
 def sample_nats(item: Grown) -> float:
