@@ -97,35 +97,34 @@ def at_better_delay(item: Grown) -> Grown:
     where least squares leaves locally least are descended from, and from their neighbours while that gains.
     """
     longest = longest_delay(item.response.records)
-    solved = [_at_solved_delay(item, d) for d in range(longest + 1)]
-    left = np.array([np.inf, *(one for one, _ in solved), np.inf])
+    left = np.array([np.inf, *(_solved_at(item, d)[0] for d in range(longest + 1)), np.inf])
     lowest = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] <= left[2:]))
     tried = sorted(lowest, key=lambda d: left[1 + d])[:DELAYS_TRIED]
-    return likeliest([item, *(_climbed(item, solved, int(d)) for d in tried)])
+    return likeliest([item, *(_climbed(_begun_at(item, int(d)), longest) for d in tried)])
 
 
-def _at_solved_delay(item: Grown, delay_samples: int) -> tuple[float, CascadeValues]:
+def _climbed(item: Grown, longest: int) -> Grown:
+    """`item`, or what is begun from it a sample of delay up or down, again and again, while that is
+    likelier."""
+    while True:
+        here = item.structure.delay_samples
+        found = likeliest([item, *(_begun_at(item, d) for d in (here - 1, here + 1) if 0 <= d <= longest)])
+        if found is item:
+            return item
+        item = found
+
+
+def _begun_at(item: Grown, delay_samples: int) -> Grown:
+    """Descended from the poles of `item` and solved weights at another delay."""
+    structure = replace(item.structure, delay_samples=delay_samples)
+    _, values = _solved_at(item, delay_samples)
+    return Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
+
+
+def _solved_at(item: Grown, delay_samples: int) -> tuple[float, CascadeValues]:
     """What `item` at another delay leaves, and its values, see `with_least_squares`."""
     structure = replace(item.structure, delay_samples=delay_samples)
     return with_least_squares(structure, item.values, item.response.records, CLEAR * item.point.rms)
-
-
-def _climbed(item: Grown, solved: Sequence[tuple[float, CascadeValues]], delay_samples: int) -> Grown:
-    """`item` descended from the solved values of that delay, and of its neighbours while that is likelier."""
-
-    def at(delay: int) -> Grown:
-        structure = replace(item.structure, delay_samples=delay)
-        records, most_noise = item.response.records, item.point.most_noise
-        return Grown.at(structure, solved[delay][1], records, most_noise).descended()
-
-    best = at(delay_samples)
-    for step in (-1, 1):
-        while 0 <= best.structure.delay_samples + step < len(solved):
-            further = at(best.structure.delay_samples + step)
-            if further.log_likelihood <= best.log_likelihood:
-                break
-            best = further
-    return best
 
 
 def sample_nats(item: Grown) -> float:
