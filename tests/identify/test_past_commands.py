@@ -50,7 +50,9 @@ def test_delay_and_limits_are_found_where_the_past_is_unknown(records_in_motion:
 def test_a_poor_maximum_over_the_delay_is_left(records_in_motion: tuple[Record, ...]) -> None:
     """Poles, zeros and states stand in for a delay, and a descent that keeps it ends there."""
     told = without_past(records_in_motion, DELAY)
-    structure = Structure(2, integrator=True, real_poles=0, sections=0, lower=True, upper=True, free_start=True)
+    structure = Structure(
+        2, integrator=True, real_poles=0, sections=0, lower=True, upper=True, free_start=True
+    )
     first = smallest_cascade(told, structure, 1e-3, most_noise=0)
     poor = Grown.at(*with_separate_pole(first.structure, first.values, 0.5), told, most_noise=0).descended()
     found = at_better_delay(poor)
