@@ -3,9 +3,9 @@
 First a Laplace approximation is refitted and bent by importance sampling in rounds, in the parameters'
 coordinates and in straight ones: some ten thousand evaluations say what share of its independence proposals
 would be accepted; in coordinates that cost more only where those will not do. Where that is good enough,
-walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker sits in a place
-that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are refitted to what they
-found.
+walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker sits in a
+place that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are refitted to
+what they found.
 """
 
 from __future__ import annotations

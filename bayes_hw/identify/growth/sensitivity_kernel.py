@@ -37,8 +37,8 @@ def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue
 def first_order(  # type: ignore[no-untyped-def]
     v, below, above, pole, residue, slope, state, w, to_lower, to_upper, to_pole, to_residue
 ):
-    """A first-order part of w, from rest; `slope` is d pole / d coordinate, `state` (4,) the filtered v, below,
-    above and w of this part."""
+    """A first-order part of w, from rest; `slope` is d pole / d coordinate, `state` (4,) the filtered v,
+    below, above and w of this part."""
     x, low, high, z = state
     for k in range(len(v)):
         part = residue * x
@@ -59,7 +59,7 @@ def second_order(  # type: ignore[no-untyped-def]
     v, below, above, section, slopes, state, w, to_lower, to_upper, to_first, to_second, to_b1, to_b2
 ):
     """A second-order part of w, from rest; `section` (4,): a1, a2, b1, b2; `slopes` (3,): d a1 / d first
-    coordinate, d a1 and d a2 / d second coordinate; `state` (8,): s(k-1), s(k-2) of v, below, above and the part."""
+    coordinate, d a1 and d a2 / d second one; `state` (8,): s(k-1), s(k-2) of v, below, above and the part."""
     a1, a2, b1, b2 = section
     x1, x2, l1, l2, h1, h2, z1, z2 = state
     for k in range(len(v)):
