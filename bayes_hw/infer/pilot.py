@@ -62,15 +62,15 @@ def run_pilot(
     """The plan, and the ensembles of `walkers` each once they have forgotten their starts.
 
     `choices` are Laplace approximations of one density in different coordinates, those of each group as
-    costly as each other and less so than those of the next. Raises InputError when the
-    density is zero all around the mode.
+    costly as each other and less so than those of the next; where none will do the best of the last group is
+    taken. Raises InputError when the density is zero all around the mode.
     """
     dimension = choices[0][0].dimension
     if walkers < 2 * dimension:
         raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
     with progress.task("pilot", 4) as task:
-        tried: list[tuple[Laplace, Trial]] = []
         for group in choices:
+            tried: list[tuple[Laplace, Trial]] = []
             for choice in group:
                 separated = choice.separated()
                 tried.append((separated, importance_trial(separated, rng)))
