@@ -33,6 +33,9 @@ DELAYS_TRIED = 4
 CLEAR = 3.0
 """Errors that an output must be away from zero to have left the dead zone."""
 
+WORTHWHILE_NATS = 1.0
+"""A neighbouring delay that gains less is the last."""
+
 
 def longest_delay(records: Sequence[Record]) -> int:
     """The longest delay looked for, in samples."""
@@ -104,13 +107,16 @@ def at_better_delay(item: Grown) -> Grown:
 
 
 def _climbed(item: Grown, longest: int) -> Grown:
-    """`item`, or what is begun from it a sample of delay up or down, again and again, while that is
-    likelier."""
+    """`item`, or what is begun from it a sample of delay up or down, again and again, while that gains
+    WORTHWHILE_NATS; no delay twice."""
+    seen = {item.structure.delay_samples}
     while True:
         here = item.structure.delay_samples
-        found = likeliest([item, *(_begun_at(item, d) for d in (here - 1, here + 1) if 0 <= d <= longest)])
-        if found is item:
-            return item
+        near = [d for d in (here - 1, here + 1) if 0 <= d <= longest and d not in seen]
+        seen.update(near)
+        found = likeliest([item, *(_begun_at(item, d) for d in near)])
+        if found.log_likelihood < item.log_likelihood + WORTHWHILE_NATS:
+            return likeliest([item, found])
         item = found
 
 
