@@ -124,9 +124,10 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
             smaller = [item for item in grown if item.structure.order < found.structure.order]
             sooner = chosen([found, *(with_shorter_delay(item) for item in smaller)], misfit)
             later = with_longer_delay(found)
-            elsewhere = at_better_delay(found)
-            wanted += [item.structure.delay_samples for item in (sooner, later, elsewhere)]
-            tried += [sooner, later, elsewhere]
+            followed = [found, sooner, later, at_better_delay(found)]
+            if chosen([*tried, *followed], misfit) in followed:
+                wanted += [item.structure.delay_samples for item in followed]
+            tried += followed
         tried += grown
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:
