@@ -32,12 +32,15 @@ BURN_IN = 8
 STEPS = 32
 INDEPENDENCE_WEIGHT = 0.8
 
-CHAOTIC_DRAWS = 1024
+ROUGH_DRAWS = 1024
 
 ROUNDS = 4
 DRAWS_A_DIMENSION = 32
 ENOUGH = 0.5
 """Expected acceptance of independence proposals at which the proposal is good."""
+
+LEAST_ACCEPTED = 0.05
+"""Expected acceptance below which no proposal describes the density: its draws would be a few points."""
 
 EFFECTIVE_A_DIMENSION = 6.0
 """Effective draws a dimension from which a proposal is fitted; fewer, and the weights are tempered."""
@@ -99,9 +102,9 @@ def posterior_draws(
     The noise is that of the explanation, its parameters as estimated; where an encoder repeats or rounds, the
     likelihood is exact and the noise drawn too. A Student t about the best fit is fitted to its own weighted
     draws until independence proposals from it are mostly accepted; then emcee mixes them with differential
-    evolution. A chaotic response has no smooth likelihood: its draws are those of a
-    normal distribution about the best fit that is as wide as the other fits of the same effects, at
-    coordinates `rivals`, lie apart.
+    evolution. A chaotic response has no smooth likelihood, nor has one where hardly a proposal is accepted:
+    draws are then those of a normal distribution about the best fit that is as wide as the other fits of the
+    same effects, at coordinates `rivals`, lie apart.
     At most ROUNDS * DRAWS_A_DIMENSION simulations a dimension and WALKERS * (STEPS + 1) more, of any
     simulator: the same seed gives the same draws on any machine. `each` shares the simulations of a step
     among its threads.
@@ -112,17 +115,23 @@ def posterior_draws(
     likelihood = exact_likelihood(explanation)
     if likelihood is None:
         covariance = best.covariance()
-        if explanation.cannot_be_predicted:
+        posterior = _Shared(PosteriorDensity(explanation), each)
+        sampled = (
+            None
+            if explanation.cannot_be_predicted
+            else _sampled(posterior, best.coordinates, covariance, rng)
+        )
+        if sampled is None:
             apart = np.array([best.coordinates - rival for rival in rivals]).reshape(-1, len(covariance))
             covariance = covariance + np.diag(np.sum(apart**2, axis=0) / max(len(apart), 1))
-            drawn = laplace_proposal(best.coordinates, covariance).sample(CHAOTIC_DRAWS, rng)
-            coordinates = held_within_prior(best.hypothesis, drawn, best.coordinates)
-            return Draws(coordinates, to_values(coordinates))
-        posterior = _Shared(PosteriorDensity(explanation), each)
-        coordinates = _sampled(posterior, best.coordinates, covariance, rng)
-        return Draws(coordinates, to_values(coordinates))
+            drawn = laplace_proposal(best.coordinates, covariance).sample(ROUGH_DRAWS, rng)
+            sampled = held_within_prior(best.hypothesis, drawn, best.coordinates)
+        return Draws(sampled, to_values(sampled))
     density = DisplayDensity(best, likelihood)
-    points = _sampled(_Shared(density, each), *density.mode(), rng)
+    mode, covariance = density.mode()
+    points = _sampled(_Shared(density, each), mode, covariance, rng)
+    if points is None:
+        points = laplace_proposal(mode, covariance).sample(ROUGH_DRAWS, rng)
     coordinates = density.coordinates(points)
     response, noise = coordinates[:, : density.count], coordinates[:, density.count :]
     return Draws(response, to_values(response), likelihood.sigma(noise))
@@ -130,11 +139,14 @@ def posterior_draws(
 
 def _sampled(
     density: Density, mode: FloatArray, covariance: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    """Draws (draws, dimension) of `density`, near normal about `mode` (dimension,) with `covariance`."""
+) -> FloatArray | None:
+    """Draws (draws, dimension) of `density`, near normal about `mode` (dimension,) with `covariance`; None
+    where it is not."""
     proposal = laplace_proposal(mode, covariance)
     seed = int(rng.integers(2**31))
-    proposal, start = _fitted(proposal, density, rng)
+    proposal, start, acceptance = _fitted(proposal, density, rng)
+    if acceptance < LEAST_ACCEPTED:
+        return None
     moves = [(IndependenceMove(proposal), INDEPENDENCE_WEIGHT), (DEMove(), 1 - INDEPENDENCE_WEIGHT)]
     sampler = EnsembleSampler(WALKERS, start.shape[1], density, moves=moves, vectorize=True)
     sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
@@ -144,8 +156,9 @@ def _sampled(
 
 def _fitted(
     proposal: StudentTMixture, density: Density, rng: np.random.Generator
-) -> tuple[StudentTMixture, FloatArray]:
-    """The proposal of a few rounds whose draws would be accepted most, and resampled posterior draws."""
+) -> tuple[StudentTMixture, FloatArray, float]:
+    """The proposal of a few rounds whose draws would be accepted most, resampled posterior draws, and that
+    acceptance."""
     dimension = proposal.dimension
     best, best_acceptance, kept = proposal, -1.0, proposal.sample(WALKERS, rng)
     for number in range(ROUNDS):
@@ -162,7 +175,7 @@ def _fitted(
             break
         shares = _tempered(log_weights, EFFECTIVE_A_DIMENSION * dimension)
         proposal = refitted(proposal, x, shares, bent=number > 0)
-    return best, kept
+    return best, kept, best_acceptance
 
 
 def _tempered(log_weights: FloatArray, least: float) -> FloatArray:

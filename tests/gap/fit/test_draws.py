@@ -7,7 +7,9 @@ import pytest
 from drive_axis import SIGMA, command, hypothesis, white
 from fitted import AXIS, simulated_with
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.catalogue import TransportDelay
+from bayes_hw.gap.fit import draws
 from bayes_hw.gap.fit.draws import posterior_draws
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import fit
@@ -52,3 +54,23 @@ def test_draws_do_not_depend_on_how_many_threads_share_them(explanation: Explana
         for jobs in (1, 40)
     )
     np.testing.assert_array_equal(one, many)
+
+
+def test_a_rough_density_is_told_by_the_normal_one(
+    explanation: Explanation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Under ripples of hundreds of nats a few points had all the weight, and every interval was theirs."""
+    smooth = draws.PosteriorDensity.__call__
+
+    def rough(self: draws.PosteriorDensity, points: FloatArray) -> FloatArray:
+        return np.asarray(smooth(self, points) + 200 * np.sin(1e5 * points).sum(axis=1))
+
+    monkeypatch.setattr(draws.PosteriorDensity, "__call__", rough)
+    done = explanation.fit
+    errors = np.sqrt(np.diag(np.linalg.inv(done.precision())))
+    drawn = posterior_draws(explanation, np.random.default_rng(2)).coordinates
+    told = errors < 0.5 * done.hypothesis.prior_sds
+    assert drawn.std(axis=0)[told] == pytest.approx(errors[told], rel=0.2)
+    apart = done.coordinates + 3 * errors
+    wider = posterior_draws(explanation, np.random.default_rng(2), [apart]).coordinates
+    assert (wider.std(axis=0)[told] > 2.5 * errors[told]).all()
