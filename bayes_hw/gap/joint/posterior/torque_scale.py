@@ -5,8 +5,8 @@ encoder sits. Below the first mode S = 1 - T is what the velocity loop lets thro
 any loop. J is the inertia of what turns with the encoder where the loop holds the motor much stiffer than
 the gear holds the load, so that S is small; that of the whole axis where the loop does next to nothing, so
 that S is near one; else between the two, and S tells about where. Records tell T up to a delay only, which
-of it is the command's; so J and the delay are those at which S and J P s^2 agree best over frequencies, each
-weighed by |P s^2|.
+of it is the command's; so J and the delay are those at which S and J P s^2 agree best at most frequencies of
+the band: at a few a pair of poles that all but cancels may stand.
 
 What a torque at the motor moves behind a gear is told by the small difference of two large numbers, the twist
 of the gear and the give of the loop, so that its acceleration is not told by these records at all.
@@ -33,7 +33,7 @@ DELAYS = np.linspace(-3.0, 3.0, 301)
 """Samples by which T may lead or lag beyond what G says."""
 
 MOST_MISFIT = 0.3
-"""Root mean square of S / (J P s^2) - 1 beyond which the axis is no single inertia there."""
+"""Median size of S / (J P s^2) - 1 beyond which the axis is no single inertia there."""
 
 LIGHT_DAMPING = 0.3
 """Damping ratio below which a pair of poles swings against the drive rather than being the loop's."""
@@ -47,8 +47,8 @@ AT_ENCODER = (K.BASE_SPEED, K.BASE_POSITION)
 LET_THROUGH = (0.0, 0.1, 0.3, 0.7, 0.9)
 """Root mean square of S in the band, of which the next two are functions, linear in between."""
 
-EXCESS = (0.0, 0.05, 0.45, 0.52, 0.7)
-EXCESS_SD = (0.05, 0.06, 0.18, 0.26, 0.33)
+EXCESS = (0.0, 0.05, 0.55, 0.66, 0.72)
+EXCESS_SD = (0.05, 0.06, 0.18, 0.31, 0.34)
 """Mean and standard deviation of the logarithm of J over the load's inertia: of drives of two and of three
 masses with an inertia of the motor from 0.3 to 3 times the load's, any loop (docs/decisions/0098)."""
 
@@ -133,11 +133,11 @@ def _inertia(structure: Structure, values: JointValues, effect: Effect, rate_hz:
     pushed = port_response(values, effect, z) * 2 * (z - 1) ** 2 / (z + 1) * rate_hz**2
     let_through = 1 - closed * z ** -DELAYS[:, None]
     ratio = let_through / pushed
-    inertia = ratio.real.mean(axis=1)
-    misfit = np.mean(np.abs(ratio / inertia[:, None] - 1) ** 2, axis=1)
+    inertia = np.median(ratio.real, axis=1)
+    misfit = np.median(np.abs(ratio / inertia[:, None] - 1), axis=1)
     best = int(np.argmin(misfit))
     return _Inertia(
         float(abs(inertia[best])),
-        float(np.sqrt(misfit[best])),
+        float(misfit[best]),
         float(np.sqrt(np.mean(np.abs(let_through[best]) ** 2))),
     )
