@@ -15,7 +15,7 @@ from bayes_hw.first_look.known_columns import KnownColumn
 from bayes_hw.first_look.look import Look
 from bayes_hw.quantities import output_word
 from bayes_hw.report.look.plots import ARCSEC, is_limited, plots
-from bayes_hw.report.page.render import environment, page_of, script_json
+from bayes_hw.report.page.page_head import environment, page_of, script_json
 from bayes_hw.report.page.rounding import (
     format_duration,
     format_estimate,

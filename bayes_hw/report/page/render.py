@@ -2,76 +2,40 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
-from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
 import typst
-from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 from bayes_hw.files import staged, write_bytes_atomically, write_text_atomically
 from bayes_hw.report.page.content import report_content
 from bayes_hw.report.page.document import TEXT_WIDTH_INCHES, Report
-from bayes_hw.report.page.palette import STATE_COLOURS, page_colours
+from bayes_hw.report.page.page_head import asset, page_of
+from bayes_hw.report.page.palette import STATE_COLOURS
 from bayes_hw.report.page.svg_size import compact
-
-TEMPLATES = files("bayes_hw.report.page") / "templates"
 
 
 def to_html(report: Report) -> str:
     """The page: no script, style, font or picture from outside, and a policy that forbids any."""
     content = report_content(report)
-    script = _asset("zoom.js") if _has_zoom(content) else ""
+    script = asset("zoom.js") if _has_zoom(content) else ""
     return page_of(
-        {"report.html": _asset("report.html")},
+        {"report.html": asset("report.html")},
         title=content["title"],
-        style=_asset("report.css"),
+        style=asset("report.css"),
         script=script,
+        filters={
+            "data_uri": _svg_data_uri,
+            "formula_svg": formula_svg,
+            "breakable": breakable,
+            "percent_of_column": _percent_of_column,
+        },
         report=content,
     )
-
-
-def page_of(templates: Mapping[str, str], *, title: str, style: str, script: str, **content: Any) -> str:
-    """A page by the first of `templates`, which begins with head.html and may include the others."""
-    return (
-        environment(templates)
-        .get_template(next(iter(templates)))
-        .render(
-            title=title,
-            style=Markup(style),
-            colours=page_colours(),
-            script=Markup(script),
-            script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii"),
-            **content,
-        )
-    )
-
-
-def environment(templates: Mapping[str, str]) -> Environment:
-    """What renders `templates` and the head of every page; what is put into them is escaped."""
-    found = Environment(
-        loader=DictLoader({**templates, "head.html": _asset("head.html")}),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    found.filters["data_uri"] = _svg_data_uri
-    found.filters["script_json"] = script_json
-    found.filters["formula_svg"] = formula_svg
-    found.filters["breakable"] = breakable
-    found.filters["percent_of_column"] = _percent_of_column
-    return found
-
-
-def _asset(name: str) -> str:
-    return (TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def _has_zoom(content: dict[str, Any]) -> bool:
@@ -85,12 +49,6 @@ def _svg_data_uri(svg: str) -> Markup:
     need no escape, and all that would is encoded."""
     quoted = svg if "'" in svg else svg.replace('"', "'")
     return Markup("data:image/svg+xml;charset=utf-8," + quote(quoted, safe=" ,;:/=()!*+@$?'"))
-
-
-def script_json(value: Any) -> Markup:
-    """JSON that cannot end the script element it stands in."""
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
 def breakable(text: str) -> Markup:
