@@ -24,6 +24,9 @@ from bayes_hw.record import Record
 MAX_REFLECTION = 1 - 1e-7
 """Largest modulus of a starting reflection coefficient; its inverse hyperbolic tangent stays finite."""
 
+SINGULAR = 1e-14
+"""A section whose zero lies so near to one of its poles cannot begin with everything."""
+
 
 @dataclass(frozen=True)
 class Structure:
@@ -73,8 +76,8 @@ class CascadeValues:
     """One parameter vector in natural form; limits are infinite and `half_width` zero where absent.
 
     `real` has shape (2, n_real): pole, residue; `sections` (4, n_sections): a1, a2, b1, b2; `starts` has
-    shape (records, order): the part of w before the first sample that the integrator and each real pole
-    hold, then the states s(-1), s(-2) of every section.
+    shape (records, order): the free response of the integrator and of each real pole at the first sample,
+    then that of every section at the first two.
     """
 
     lower: float
@@ -204,13 +207,18 @@ def _modal_form(rows: _Rows, record: int) -> ModalForm:
     starts = rows.starts[record]
     n_real = rows.real.shape[1]
     residues = np.where(rows.real[1] == 0, 1.0, rows.real[1])
-    return ModalForm(
-        static,
-        rows.real,
-        rows.sections,
-        starts[:n_real] / residues,
-        np.stack([starts[n_real::2], starts[n_real + 1 :: 2]]),
-    )
+    pairs = _section_states(rows.sections, starts[n_real::2], starts[n_real + 1 :: 2])
+    return ModalForm(static, rows.real, rows.sections, starts[:n_real] / residues, pairs)
+
+
+def _section_states(sections: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """States s(-1), s(-2) that give the first two samples of the free response of sections (4, n, walkers);
+    zero for one without weights."""
+    a1, a2, b1, b2 = sections
+    determinant = b1 * b1 * a2 + a1 * b1 * b2 + b2 * b2
+    lost = np.abs(determinant) <= SINGULAR * (b1 * b1 + b2 * b2)
+    inverse = np.where(lost, 0.0, 1 / np.where(lost, 1.0, determinant))
+    return np.stack([b1 * a2 * first + b2 * second, (b1 * a1 + b2) * first - b1 * second]) * inverse
 
 
 def _without_nonlinearity(form: ModalForm) -> ModalForm:

@@ -63,11 +63,7 @@ def with_linear_solution(structure: Structure, poles: CascadeValues, solution: F
     )
     if not structure.free_start:
         return values
-    starts = solution[order:].reshape(-1, order).copy()
-    for i in range(structure.sections):
-        pair = slice(n_real + 2 * i, n_real + 2 * i + 2)
-        starts[:, pair] = section_states(values.sections[:, i], starts[:, pair])
-    return replace(values, starts=starts)
+    return replace(values, starts=solution[order:].reshape(-1, order).copy())
 
 
 def _free_responses(real_poles: FloatArray, sections: FloatArray, samples: int) -> FloatArray:
@@ -79,10 +75,3 @@ def _free_responses(real_poles: FloatArray, sections: FloatArray, samples: int) 
         impulse[0, 1] = -a1
         responses.extend(signal.lfilter([1.0], [1.0, -a1, a2], impulse, axis=1))
     return np.array(responses).reshape(-1, samples)
-
-
-def section_states(section: FloatArray, outputs: FloatArray) -> FloatArray:
-    """States s(-1), s(-2) that give the first two free outputs `outputs` (records, 2)."""
-    a1, a2, b1, b2 = section
-    matrix = np.array([[b1, b2], [b1 * a1 + b2, -b1 * a2]])
-    return outputs @ np.linalg.pinv(matrix, rcond=1e-8).T

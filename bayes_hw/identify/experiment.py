@@ -79,9 +79,6 @@ class Experiment:
     def in_original_units(self, values: CascadeValues) -> CascadeValues:
         """A parameter vector of the scaled records in the units of the records as given."""
         gain = self.output_scale / self.input_scale
-        n_real = values.starts.shape[1] - 2 * values.sections.shape[1]
-        state_scale = np.full(values.starts.shape[1], self.input_scale)
-        state_scale[:n_real] = self.output_scale
         return CascadeValues(
             lower=values.lower * self.input_scale,
             upper=values.upper * self.input_scale,
@@ -90,7 +87,7 @@ class Experiment:
             integrator_residue=values.integrator_residue * gain,
             real=values.real * np.array([[1.0], [gain]]),
             sections=values.sections * np.array([[1.0], [1.0], [gain], [gain]]),
-            starts=values.starts * state_scale,
+            starts=values.starts * self.output_scale,
         )
 
 

@@ -18,6 +18,7 @@ from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.experiment import Experiment
 from bayes_hw.identify.growth.delay import (
     apparent_delay,
+    at_better_delay,
     coarse_delay,
     safe_delay,
     too_long,
@@ -34,6 +35,7 @@ from bayes_hw.identify.growth.search import (
     with_smaller_ones,
 )
 from bayes_hw.identify.growth.slow_poles import with_one_integrator, with_slow_poles
+from bayes_hw.identify.holes import PAST_DELAYS
 from bayes_hw.identify.linear_output_error import (
     OrderCandidate,
     Progress,
@@ -101,11 +103,14 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if experiment.free_start:
         begun = replace(structure, delay_samples=apparent_delay(experiment.records))
         small = likeliest([small, _small(experiment, begun, min(SMALL_ORDER, max_order), told(0))])
-        whole = whole.without_past(factor * small.structure.delay_samples)
-        experiment = for_search(whole, factor)
-    wanted, done, resumed = [small.structure.delay_samples], set[int](), list[Grown]()
+    wanted, done, resumed, past = [small.structure.delay_samples], set[int](), list[Grown](), -1
     while wanted:
         delay = wanted.pop()
+        if experiment.free_start and delay > PAST_DELAYS * past:
+            # So far outputs counted that commands before the records decide; nothing compares with them.
+            past, tried, done, resumed = delay, [], set(), []
+            whole = whole.without_past(factor * delay)
+            experiment = for_search(whole, factor)
         done.add(delay)
         grown, hidden = _grown(
             experiment, replace(structure, delay_samples=delay), max_order, told(max_order)
@@ -119,8 +124,10 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
             smaller = [item for item in grown if item.structure.order < found.structure.order]
             sooner = chosen([found, *(with_shorter_delay(item) for item in smaller)], misfit)
             later = with_longer_delay(found)
-            wanted += [sooner.structure.delay_samples, later.structure.delay_samples]
-            tried += [sooner, later]
+            followed = [found, sooner, later, at_better_delay(found)]
+            if chosen([*tried, *followed], misfit) in followed:
+                wanted += [item.structure.delay_samples for item in followed]
+            tried += followed
         tried += grown
         wanted = [delay for delay in wanted if delay not in done]
     if factor == 1:

@@ -57,16 +57,19 @@ class CentredWeights:
         noise: NoiseEstimate,
         records: Sequence[Record],
         power: float = 1.0,
+        states: bool = True,
     ) -> CentredWeights | None:
         """For an axis, an estimate of its parameters (parameters,), more of them are not looked at, the noise
-        there and the power of the likelihood; None where no weight is free."""
+        there and the power of the likelihood, with initial `states` where these are free, which costs much
+        more; None where no weight is free."""
         values = values[: len(axis.parameters)]
         if not axis.weight_rows:
             return None
-        rows = (*axis.weight_rows, *axis.start_rows)
+        starts = axis.start_rows if states else ()
+        rows = (*axis.weight_rows, *starts)
         priors = [found for row in rows if (found := axis.parameters[row].prior.of_value) is not None]
         gain_row = axis.names.index("velocity_gain") if "velocity_gain" in axis.names else None
-        kind = ResponsesInTime if axis.start_rows else ResponsesInFrequency
+        kind = ResponsesInTime if starts else ResponsesInFrequency
         return cls(
             axis,
             rows,

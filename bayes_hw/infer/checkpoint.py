@@ -33,12 +33,12 @@ REMEDY = "remove the folder and run without --resume"
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What the pilot decided: the proposal density, the share of independence proposals, the mean acceptance
-    that the pilot promised for them, and whether proposals and walkers are in straight coordinates."""
+    that the pilot promised for them, and which of the coordinates proposals and walkers are in."""
 
     proposal: StudentTMixture
     independence_weight: float
     expected_acceptance: float
-    straight: bool = False
+    choice: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Checkpoint:
             file.attrs["fingerprint"] = self.fingerprint
             file.attrs["independence_weight"] = plan.independence_weight
             file.attrs["expected_acceptance"] = plan.expected_acceptance
-            file.attrs["straight"] = plan.straight
+            file.attrs["choice"] = plan.choice
             file["weights"] = plan.proposal.weights
             file["means"] = plan.proposal.means
             file["factors"] = plan.proposal.factors
@@ -113,7 +113,7 @@ class Checkpoint:
                 proposal,
                 float(file.attrs["independence_weight"]),
                 float(file.attrs["expected_acceptance"]),
-                bool(file.attrs["straight"]),
+                int(file.attrs["choice"]),
             )
             states = _read_states(file)
         blocks: list[Block] = []

@@ -50,7 +50,7 @@ def importance_trial(laplace: Laplace, rng: np.random.Generator) -> Trial:
         x = proposal.sample((DRAWS if trials else FIRST_DRAWS) * pairs, rng)
         log_density, log_q = laplace.densities[0](x), proposal.log_density(x)
         log_weights = log_density - log_q
-        trials.append(_judged(proposal, log_weights, np.zeros(len(x)), laplace.straight))
+        trials.append(_judged(proposal, log_weights, np.zeros(len(x)), laplace.choice))
         possible = np.isfinite(log_weights)
         if np.count_nonzero(possible) <= LEAST_SIZE * pairs:
             break
@@ -59,7 +59,7 @@ def importance_trial(laplace: Laplace, rng: np.random.Generator) -> Trial:
         proposal = refitted(proposal, x[possible], weights, bent=len(trials) > 1)
         as_they_are += exponent == 1.0
         if as_they_are == IMPORTANCE_ROUNDS:
-            several = _with_several_tails(proposal, x, log_density, log_q, laplace.straight)
+            several = _with_several_tails(proposal, x, log_density, log_q, laplace.choice)
             return _most_accepted([trials[-1], *several])
     return _most_accepted(trials[-2:])
 
@@ -79,7 +79,7 @@ def flattening(log_weights: FloatArray, size: float) -> float:
 
 
 def _with_several_tails(
-    fitted: StudentTMixture, x: FloatArray, log_density: FloatArray, log_q: FloatArray, straight: bool
+    fitted: StudentTMixture, x: FloatArray, log_density: FloatArray, log_q: FloatArray, choice: int
 ) -> list[Trial]:
     """The proposal `fitted` to draws x (draws, dimension) of a density log_q (draws,), and where it has one
     component the same with lighter tails, all judged by these draws; the heaviest first."""
@@ -87,7 +87,7 @@ def _with_several_tails(
     for degrees_of_freedom, inflation in TAILS if len(fitted.weights) == 1 else TAILS[:1]:
         tried = fitted.with_tails(degrees_of_freedom, inflation / FITTED_INFLATION)
         log_tried = tried.log_density(x)
-        trial = _judged(tried, log_density - log_tried, log_tried - log_q, straight)
+        trial = _judged(tried, log_density - log_tried, log_tried - log_q, choice)
         trials.append(replace(trial, heavier=tuple(trials[:1])))
     return trials
 
@@ -96,17 +96,15 @@ def _most_accepted(trials: Sequence[Trial]) -> Trial:
     return max(trials, key=lambda trial: trial.plan.expected_acceptance)
 
 
-def _judged(
-    proposal: StudentTMixture, log_weights: FloatArray, log_masses: FloatArray, straight: bool
-) -> Trial:
+def _judged(proposal: StudentTMixture, log_weights: FloatArray, log_masses: FloatArray, choice: int) -> Trial:
     """A proposal judged by draws that stand for it with `log_masses` (draws,), log p / q `log_weights`."""
     largest = float(np.max(log_weights))
     if not np.isfinite(largest):
-        return Trial(Plan(proposal, independence_share(0.0), 0.0, straight), largest)
+        return Trial(Plan(proposal, independence_share(0.0), 0.0, choice), largest)
     masses = special.softmax(log_masses)
     weights = np.exp(log_weights - largest)
     acceptance = acceptance_from_weights(weights, masses)
-    plan = Plan(proposal, independence_share(acceptance), acceptance, straight)
+    plan = Plan(proposal, independence_share(acceptance), acceptance, choice)
     return Trial(plan, largest + float(np.log(masses @ weights)))
 
 

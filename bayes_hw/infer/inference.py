@@ -162,7 +162,7 @@ def infer(
             )
         elif free == "dominant":
             instead = sample_followed(
-                target, origin, maps, sampler_rng, settings=settings, jobs=jobs, progress=progress
+                target, origin, maps[-1], sampler_rng, settings=settings, jobs=jobs, progress=progress
             )
         sampling, reweighting = instead or (None, None)
         if sampling is None or reweighting is None or not reweighting.holds:
@@ -203,14 +203,16 @@ def infer(
 
 def _maps(
     axis: AxisParameters, origin: StartingPoint, target: LogPosterior, records: Sequence[Record]
-) -> list[CoordinateMap]:
-    """The coordinates that walkers move in: poles under their names at the estimate, weights centred."""
+) -> list[list[CoordinateMap]]:
+    """The coordinates that walkers move in: poles under their names at the estimate, weights centred, and at
+    more cost initial states with them."""
     values = target.values(origin.coordinates)
-    found = (
-        PoleLabels.of(axis, origin.coordinates, origin.covariance),
-        CentredWeights.of(axis, values, origin.noise, records, origin.power),
-    )
-    return [one for one in found if one is not None]
+    labels = PoleLabels.of(axis, origin.coordinates, origin.covariance)
+    found: list[list[CoordinateMap]] = []
+    for states in (False, True) if axis.start_rows else (False,):
+        centred = CentredWeights.of(axis, values, origin.noise, records, origin.power, states)
+        found.append([one for one in (labels, centred) if one is not None])
+    return found
 
 
 def estimated(

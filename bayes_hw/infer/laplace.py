@@ -79,11 +79,11 @@ class StraightDensity(Through):
 class Laplace:
     """Approximate modes (parameters,) with their covariances, the best first, and the density of every
     ensemble, all in the same coordinates: those that `maps` lead to, one after the other, from the
-    parameters' own."""
+    parameters' own; `choice` is their number among those that a sampler may take."""
 
     modes: Sequence[tuple[FloatArray, FloatArray]]
     densities: Sequence[LogDensity]
-    straight: bool = False
+    choice: int = 0
     maps: tuple[CoordinateMap, ...] = ()
 
     @property
@@ -103,10 +103,6 @@ class Laplace:
             if all(np.min(h) < min(h[0], h[-1]) - VALLEY for h in heights):
                 kept.append((mode, covariance))
         return replace(self, modes=kept)
-
-    def reparameterised(self, mapping: CoordinateMap) -> Laplace:
-        """The same in coordinates of straight limits."""
-        return replace(self.carried(mapping), straight=True)
 
     def carried(self, mapping: CoordinateMap) -> Laplace:
         """The same in the coordinates of a map."""

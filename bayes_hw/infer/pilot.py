@@ -2,9 +2,10 @@
 
 First a Laplace approximation is refitted and bent by importance sampling in rounds, in the parameters'
 coordinates and in straight ones: some ten thousand evaluations say what share of its independence proposals
-would be accepted. Where that is good enough, walkers start from an overdispersed cloud and only settle.
-Otherwise, and where a settled walker sits in a place that the approximation overlooks, ensembles explore with
-mixed moves, and t mixtures are refitted to what they found.
+would be accepted; in coordinates that cost more only where those will not do. Where that is good enough,
+walkers start from an overdispersed cloud and only settle. Otherwise, and where a settled walker sits in a
+place that the approximation overlooks, ensembles explore with mixed moves, and t mixtures are refitted to
+what they found.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ PILOT_THINNING = 10
 TRIAL_PROPOSALS = 2048
 
 ENOUGH = 0.3
-"""Expected acceptance of independence proposals from which no exploring pilot is needed."""
+"""Expected acceptance of independence proposals from which no exploring pilot is needed, nor coordinates that
+cost more."""
 GOOD = 0.5
 """Expected acceptance at which other coordinates are not tried."""
 OVERLOOKED = 4.0
@@ -50,7 +52,7 @@ FAR_OVERLOOKED = 5.0
 
 
 def run_pilot(
-    choices: Sequence[Laplace],
+    choices: Sequence[Sequence[Laplace]],
     walkers: int,
     rng: np.random.Generator,
     ensemble_rngs: Sequence[np.random.Generator],
@@ -59,20 +61,24 @@ def run_pilot(
 ) -> tuple[Plan, list[EnsembleState]]:
     """The plan, and the ensembles of `walkers` each once they have forgotten their starts.
 
-    `choices` are Laplace approximations of one density in different coordinates. Raises InputError when the
-    density is zero all around the mode.
+    `choices` are Laplace approximations of one density in different coordinates, those of each group as
+    costly as each other and less so than those of the next; where none will do the best of the last group is
+    taken. Raises InputError when the density is zero all around the mode.
     """
-    dimension = choices[0].dimension
+    dimension = choices[0][0].dimension
     if walkers < 2 * dimension:
         raise InputError(f"--walkers {walkers}: {dimension} parameters need {2 * dimension} or more")
     with progress.task("pilot", 4) as task:
-        tried: list[tuple[Laplace, Trial]] = []
-        for choice in choices:
-            separated = choice.separated()
-            tried.append((separated, importance_trial(separated, rng)))
-            if tried[-1][1].plan.expected_acceptance >= GOOD:
+        for group in choices:
+            tried: list[tuple[Laplace, Trial]] = []
+            for choice in group:
+                separated = choice.separated()
+                tried.append((separated, importance_trial(separated, rng)))
+                if tried[-1][1].plan.expected_acceptance >= GOOD:
+                    break
+            laplace, trial = max(tried, key=lambda one: one[1].plan.expected_acceptance)
+            if trial.plan.expected_acceptance >= ENOUGH:
                 break
-        laplace, trial = max(tried, key=lambda one: one[1].plan.expected_acceptance)
         task.reach(1, f"independence proposals accepted: {trial.plan.expected_acceptance:.0%}")
         states = [
             _possible_start(laplace, density, walkers, ensemble_rng)
@@ -190,7 +196,7 @@ def _best_mixture(
         difference = rng.permutation(at_trial)[: len(at_points)] - at_points
         acceptance = float(np.mean(np.exp(np.minimum(difference, 0))))
         share = min(independence_share(acceptance), 0.5)
-        plans.append(Plan(proposal, share, acceptance, laplace.straight))
+        plans.append(Plan(proposal, share, acceptance, laplace.choice))
     return max(plans, key=lambda plan: plan.expected_acceptance)
 
 

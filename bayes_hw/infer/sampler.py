@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from emcee.moves import Move
@@ -65,7 +66,7 @@ def sample(
     settings: SamplerSettings | None = None,
     others: Sequence[tuple[FloatArray, FloatArray]] = (),
     reparameterisation: CoordinateMap | None = None,
-    maps: Sequence[CoordinateMap] = (),
+    maps: Sequence[Sequence[CoordinateMap]] = ((),),
     jobs: int = 1,
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
@@ -78,7 +79,8 @@ def sample(
     A pilot from overdispersed starts (a t distribution of twice the Laplace width) finds a density for
     independence proposals, whose acceptance decides their share beside differential evolution, and whether
     the walkers move in straight coordinates, where `reparameterisation` gives some: see
-    `bayes_hw.infer.pilot`. Either way they do in the coordinates that `maps` lead to, one after the other.
+    `bayes_hw.infer.pilot`. Either way they do in the coordinates that `maps` lead to, one after the other;
+    further such lines of maps, each costlier than the one before, are for what that does not straighten.
     Then the proposal is frozen, the pilot is thrown away, and the ensembles run until they agree, most of
     their proposals from then on at the side opposite to the walker. `make_log_density` gives every ensemble a
     density of its own, so that they can run in `jobs` threads; the numbers do not depend on `jobs`.
@@ -88,11 +90,15 @@ def sample(
     begin = time.perf_counter()
     densities = [make_log_density() for _ in range(settings.ensembles)]
     names = densities[0].names
-    choices = [Laplace([(mode, covariance), *others], densities)]
-    for mapping in maps:
-        choices = [choices[0].carried(mapping)]
-    if reparameterisation is not None:
-        choices.append(choices[0].reparameterised(reparameterisation))
+    choices: list[list[Laplace]] = []
+    for line in maps:
+        choices.append([Laplace([(mode, covariance), *others], densities)])
+        for mapping in line:
+            choices[-1] = [choices[-1][0].carried(mapping)]
+        if reparameterisation is not None:
+            choices[-1].append(choices[-1][0].carried(reparameterisation))
+    numbers = count()
+    choices = [[replace(one, choice=next(numbers)) for one in group] for group in choices]
     pilot_rng, *ensemble_rngs = rng.spawn(1 + settings.ensembles)
     walkers = settings.walkers_for(len(mode))
     stored = checkpoint.load() if checkpoint is not None and resume else None
@@ -107,7 +113,7 @@ def sample(
         else:
             plan, blocks, states = stored
         moves = weighted_moves(plan.proposal, plan.independence_weight, opposite=True)
-        chosen = choices[int(plan.straight)]
+        chosen = [one for group in choices for one in group][plan.choice]
         with progress.task("sampling", settings.max_steps) as task:
             while True:
                 steps = len(blocks) * settings.block

@@ -7,7 +7,9 @@ import pytest
 
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.four_steps import identify
-from bayes_hw.identify.growth.search import smallest_cascade
+from bayes_hw.identify.growth.delay import at_better_delay
+from bayes_hw.identify.growth.extension import with_separate_pole
+from bayes_hw.identify.growth.search import Grown, smallest_cascade
 from bayes_hw.identify.holes import MOST_OF_RECORD, PAST_DELAYS, without_past
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.excitation import sine_sweep
@@ -43,6 +45,20 @@ def test_delay_and_limits_are_found_where_the_past_is_unknown(records_in_motion:
     assert model.linear.total_delay == pytest.approx(DELAY + 1, abs=2)
     assert model.saturation.lower == pytest.approx(-0.6, rel=0.01)
     assert model.saturation.upper == pytest.approx(0.7, rel=0.01)
+
+
+def test_a_poor_maximum_over_the_delay_is_left(records_in_motion: tuple[Record, ...]) -> None:
+    """Poles, zeros and states stand in for a delay, and a descent that keeps it ends there."""
+    told = without_past(records_in_motion, DELAY)
+    structure = Structure(
+        2, integrator=True, real_poles=0, sections=0, lower=True, upper=True, free_start=True
+    )
+    first = smallest_cascade(told, structure, 1e-3, most_noise=0)
+    poor = Grown.at(*with_separate_pole(first.structure, first.values, 0.5), told, most_noise=0).descended()
+    found = at_better_delay(poor)
+    assert found.structure.delay_samples in (DELAY, DELAY + 1)
+    assert found.log_likelihood > poor.log_likelihood + 500
+    assert at_better_delay(found).log_likelihood < found.log_likelihood + 1
 
 
 def test_outputs_of_two_delays_do_not_count(records_in_motion: tuple[Record, ...]) -> None:

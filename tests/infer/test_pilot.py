@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def test_a_laplace_approximation_far_too_narrow_is_widened_step_by_step() -> Non
     off = target.mean + 2 * np.sqrt(np.diag(narrow))
     with ThreadPoolExecutor(1) as pool:
         plan, _ = run_pilot(
-            [Laplace([(off, narrow)], [target, target])],
+            [[Laplace([(off, narrow)], [target, target])]],
             128,
             np.random.default_rng(20),
             rngs,
@@ -44,17 +45,47 @@ def test_a_bent_proposal_follows_a_gentle_banana() -> None:
             return -0.5 * x[:, 0] ** 2 - 0.5 * ((x[:, 1] - 0.4 * x[:, 0] ** 2) / 0.5) ** 2
 
     rng = np.random.default_rng(3)
-    choices = [Laplace([(np.zeros(2), np.diag([1.0, 0.25]))], [Gentle()])]
+    choices = [[Laplace([(np.zeros(2), np.diag([1.0, 0.25]))], [Gentle()])]]
     with ThreadPoolExecutor(1) as pool:
         plan, _ = run_pilot(choices, 64, rng, [rng], pool, Progress(quiet=True))
     assert plan.proposal.bend is not None and plan.expected_acceptance > 0.55
+
+
+@pytest.mark.parametrize(("curvature", "chosen"), [(0.0, 0), (8.0, 1)])
+def test_coordinates_that_cost_more_are_for_what_is_bent(curvature: float, chosen: int) -> None:
+    """A ridge in eight dimensions, and the same straightened: taken where the ridge is bent."""
+
+    class Ridge(Gaussian):
+        def __call__(self, x: np.ndarray) -> np.ndarray:
+            bent = x.copy()
+            bent[:, 1] -= np.sin(curvature * x[:, 0])
+            return np.asarray(super().__call__(bent))
+
+    class Straightened:
+        def to_plain(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            plain = points.copy()
+            plain[..., 1] += np.sin(curvature * points[..., 0])
+            return plain, np.zeros(points.shape[:-1])
+
+        def from_plain(self, plain: np.ndarray) -> np.ndarray:
+            points = plain.copy()
+            points[..., 1] -= np.sin(curvature * plain[..., 0])
+            return points
+
+    target, rng = Ridge(8), np.random.default_rng(6)
+    target.mean, target.precision = np.zeros(8), np.diag([1.0, 400.0, *np.ones(6)])
+    plain = Laplace([(np.zeros(8), np.linalg.inv(target.precision))], [target])
+    choices = [[plain], [replace(plain.carried(Straightened()), choice=1)]]
+    with ThreadPoolExecutor(1) as pool:
+        plan, _ = run_pilot(choices, 64, rng, [rng], pool, Progress(quiet=True))
+    assert plan.choice == chosen
 
 
 def test_walkers_in_an_overlooked_mode_start_the_exploring_pilot() -> None:
     """The Laplace approximation of one mode is accepted well there, but walkers sit in another."""
     rng = np.random.default_rng(4)
     with ThreadPoolExecutor(1) as pool:
-        choices = [Laplace([(np.array([3.0, 0, 0, 0]), np.eye(4))], [TwoModes()])]
+        choices = [[Laplace([(np.array([3.0, 0, 0, 0]), np.eye(4))], [TwoModes()])]]
         plan, _ = run_pilot(choices, 256, rng, [rng], pool, Progress(quiet=True))
     assert plan.expected_acceptance > ENOUGH
     both = plan.proposal.log_density(np.array([[3.0, 0, 0, 0], [-3.0, 0, 0, 0]]))

@@ -18,7 +18,15 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.cascade import MAX_REFLECTION, CascadeValues, Structure
 from bayes_hw.identify.growth.levels import level_shapes
 from bayes_hw.identify.growth.lowered import beyond, clipped, commands
-from bayes_hw.identify.growth.sensitivity_kernel import first_order, gate, integrate, respond, second_order
+from bayes_hw.identify.growth.sensitivity_kernel import (
+    first_order,
+    free_first_order,
+    free_second_order,
+    gate,
+    integrate,
+    respond,
+    second_order,
+)
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.record import Record
 
@@ -130,10 +138,9 @@ class CascadeResponse:
 
     def intermediate(self, values: CascadeValues, number: int) -> FloatArray:
         """w of record `number`, shape (samples,)."""
-        integral, real, sections = self._states(values, number)
         v = clipped(self._delayed(number), values.lower, values.upper)
         w = np.empty(len(v))
-        respond(v, values.integrator_residue, values.real, values.sections, integral, real, sections, w)
+        respond(v, values.integrator_residue, values.real, values.sections, self._starts(values, number), w)
         return w
 
     def linearise(
@@ -144,11 +151,11 @@ class CascadeResponse:
         the first `overlap` to have been measured, and which samples were, None where all."""
         values = self.values(coordinates)
         for number, record in enumerate(self.records):
-            states = self._states(values, number)
+            states = _States.of(self.structure, self._starts(values, number))
             command, before = self._delayed(number), np.empty((0, 0))
             for begin in range(0, len(record), BLOCK_SAMPLES):
                 part = slice(begin, begin + BLOCK_SAMPLES)
-                rows = self._block(values, number, command[part], record.y[part], begin, states)
+                rows = self._block(values, number, command[part], record.y[part], states)
                 kept = _overlap(record.measured, begin, overlap)
                 joined = np.concatenate([before[:, -kept:], rows], axis=1) if kept else rows
                 before = rows
@@ -171,21 +178,9 @@ class CascadeResponse:
             delayed[delay:] = u[: len(u) - delay]
         return delayed
 
-    def _states(self, values: CascadeValues, number: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What integrator, real poles and sections hold before the first sample of a record."""
-        s = self.structure
-        integral, real, sections = np.zeros(4), np.zeros((s.real_poles, 4)), np.zeros((s.sections, 8))
-        if not s.free_start:
-            return integral, real, sections
-        starts, n_integrator = values.starts[number], int(s.integrator)
-        if s.integrator:
-            integral[3] = starts[0]
-        for i in range(s.real_poles):
-            real[i, 0] = starts[n_integrator + i] / (values.real[1, i] or 1.0)
-        for i in range(s.sections):
-            first = n_integrator + s.real_poles + 2 * i
-            sections[i, 0], sections[i, 1] = starts[first], starts[first + 1]
-        return integral, real, sections
+    def _starts(self, values: CascadeValues, number: int) -> FloatArray:
+        """What a record begins with, nothing where it begins at rest."""
+        return np.ascontiguousarray(values.starts[number]) if self.structure.free_start else np.zeros(0)
 
     def _block(
         self,
@@ -193,28 +188,34 @@ class CascadeResponse:
         number: int,
         u: FloatArray,
         y: FloatArray,
-        begin: int,
-        states: tuple[FloatArray, FloatArray, FloatArray],
+        states: _States,
     ) -> FloatArray:
         s = self.structure
-        integral, real, sections = states
         size, samples = s.size(len(self.records)), len(u)
         rows = np.zeros((size + 1, samples))
         w, below_limit, above_limit = np.zeros(samples), np.zeros(samples), np.zeros(samples)
         v = clipped(u, values.lower, values.upper)
         below, above = beyond(u, values.lower, values.upper)
-        at = s.n_static
+        at, to_start = s.n_static, s.n_static + s.n_linear + number * s.order
         if s.integrator:
             integrate(
-                v, below, above, values.integrator_residue, integral, w, below_limit, above_limit, rows[at]
-            )
+                v, below, above, values.integrator_residue, states.integral, w, below_limit, above_limit,
+                rows[at],
+            )  # fmt: skip
             at += 1
+            if s.free_start:
+                rows[to_start] = 1.0
+                to_start += 1
         for i in range(s.real_poles):
             pole, residue = values.real[:, i]
             first_order(
-                v, below, above, pole, residue, 1 - pole**2, real[i], w, below_limit, above_limit,
+                v, below, above, pole, residue, 1 - pole**2, states.real[i], w, below_limit, above_limit,
                 rows[at], rows[at + 1],
             )  # fmt: skip
+            if s.free_start:
+                start = values.starts[number, int(s.integrator) + i]
+                free_first_order(pole, start, 1 - pole**2, states.free_real[i], w, rows[at], rows[to_start])
+                to_start += 1
             at += 2
         for i in range(s.sections):
             a1, a2 = values.sections[:2, i]
@@ -222,9 +223,16 @@ class CascadeResponse:
             slopes = np.array([(1 - k1**2) * (1 + a2), k1 * (1 - a2**2), 1 - a2**2])
             section = np.ascontiguousarray(values.sections[:, i])
             second_order(
-                v, below, above, section, slopes, sections[i], w, below_limit, above_limit,
+                v, below, above, section, slopes, states.sections[i], w, below_limit, above_limit,
                 *rows[at : at + 4],
             )  # fmt: skip
+            if s.free_start:
+                first = int(s.integrator) + s.real_poles + 2 * i
+                free_second_order(
+                    section, slopes, values.starts[number, first : first + 2], states.free_sections[i], w,
+                    rows[at], rows[at + 1], rows[to_start], rows[to_start + 1],
+                )  # fmt: skip
+                to_start += 2
             at += 4
         at = 0
         for present, row in ((s.lower, below_limit), (s.upper, above_limit)):
@@ -233,31 +241,36 @@ class CascadeResponse:
                 at += 1
         if s.dead_zone:
             rows[at] = -np.sign(w)
-        if s.free_start:
-            begin_rows = s.n_static + s.n_linear + number * s.order
-            rows[begin_rows : begin_rows + s.order] = self._free_responses(values, begin, samples)
         gate(w, values.half_width, rows[:-1])
         rows[-1] = y - dead_zone(w, values.half_width)
         return rows
 
-    def _free_responses(self, values: CascadeValues, begin: int, samples: int) -> FloatArray:
-        """Response of w to each unit initial state, (order, samples), from sample `begin` on."""
-        s, length = self.structure, begin + samples
-        found, silent = [], np.zeros(length)
-        if s.integrator:
-            found.append(np.ones(samples))
-        found += [pole ** np.arange(begin, length) for pole in values.real[0]]
-        nothing = np.zeros((2, 0))
-        for i in range(s.sections):
-            own = np.ascontiguousarray(values.sections[:, i : i + 1])
-            for state in ([1.0, 0.0], [0.0, 1.0]):
-                w, section = np.empty(length), np.zeros((1, 8))
-                section[0, :2] = state
-                respond(
-                    silent, 0.0, nothing, own, np.zeros(4), np.zeros((0, 4)), section, w,
-                )  # fmt: skip
-                found.append(w[begin:])
-        return np.array(found).reshape(s.order, samples)
+
+@dataclass(frozen=True, eq=False)
+class _States:
+    """What the parts of a cascade hold at the next sample of a record, see `sensitivity_kernel`."""
+
+    integral: FloatArray
+    real: FloatArray
+    sections: FloatArray
+    free_real: FloatArray
+    free_sections: FloatArray
+
+    @classmethod
+    def of(cls, structure: Structure, starts: FloatArray) -> _States:
+        """Before the first sample of a record that begins with `starts`."""
+        integral = np.zeros(4)
+        integral[3] = starts[:1].sum() if structure.integrator else 0.0
+        free_real, free_sections = np.zeros((structure.real_poles, 2)), np.zeros((structure.sections, 8))
+        free_real[:, 0] = 1.0
+        free_sections[:, [0, 3]] = 1.0
+        return cls(
+            integral,
+            np.zeros((structure.real_poles, 4)),
+            np.zeros((structure.sections, 8)),
+            free_real,
+            free_sections,
+        )
 
 
 def _overlap(measured: BoolArray | None, begin: int, overlap: int) -> int:

@@ -13,8 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.extension import advanced
-from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.identify.growth.search import Grown, likeliest, with_least_squares
 from bayes_hw.record import Record
 
 LONGEST_S = 5.0
@@ -27,6 +28,13 @@ SAFE_SHARE = 0.75
 """Of a delay that is too long."""
 
 APPARENT_TAPS = 6
+
+DELAYS_TRIED = 4
+CLEAR = 3.0
+"""Errors that an output must be away from zero to have left the dead zone."""
+
+WORTHWHILE_NATS = 1.0
+"""A neighbouring delay that gains less is the last."""
 
 
 def longest_delay(records: Sequence[Record]) -> int:
@@ -82,6 +90,47 @@ def coarse_delay(item: Grown) -> Grown:
             return best
         else:
             stride //= 2
+
+
+def at_better_delay(item: Grown) -> Grown:
+    """`item` or, where that is likelier, the same poles begun at another delay with the weights and initial
+    states that least squares gives there.
+
+    A likelihood has many maxima over the delay, for poles and zeros stand in for one: DELAYS_TRIED of those
+    where least squares leaves locally least are descended from, and from their neighbours while that gains.
+    """
+    longest = longest_delay(item.response.records)
+    left = np.array([np.inf, *(_solved_at(item, d)[0] for d in range(longest + 1)), np.inf])
+    lowest = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] <= left[2:]))
+    tried = sorted(lowest, key=lambda d: left[1 + d])[:DELAYS_TRIED]
+    return likeliest([item, *(_climbed(_begun_at(item, int(d)), longest) for d in tried)])
+
+
+def _climbed(item: Grown, longest: int) -> Grown:
+    """`item`, or what is begun from it a sample of delay up or down, again and again, while that gains
+    WORTHWHILE_NATS; no delay twice."""
+    seen = {item.structure.delay_samples}
+    while True:
+        here = item.structure.delay_samples
+        near = [d for d in (here - 1, here + 1) if 0 <= d <= longest and d not in seen]
+        seen.update(near)
+        found = likeliest([item, *(_begun_at(item, d) for d in near)])
+        if found.log_likelihood < item.log_likelihood + WORTHWHILE_NATS:
+            return likeliest([item, found])
+        item = found
+
+
+def _begun_at(item: Grown, delay_samples: int) -> Grown:
+    """Descended from the poles of `item` and solved weights at another delay."""
+    structure = replace(item.structure, delay_samples=delay_samples)
+    _, values = _solved_at(item, delay_samples)
+    return Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
+
+
+def _solved_at(item: Grown, delay_samples: int) -> tuple[float, CascadeValues]:
+    """What `item` at another delay leaves, and its values, see `with_least_squares`."""
+    structure = replace(item.structure, delay_samples=delay_samples)
+    return with_least_squares(structure, item.values, item.response.records, CLEAR * item.point.rms)
 
 
 def sample_nats(item: Grown) -> float:

@@ -8,7 +8,6 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.cascade_basis import section_states
 
 COINCIDING = 1e-6
 """Real poles closer than this are left paired as they are: their residues would lose their digits."""
@@ -50,8 +49,8 @@ def joined_pole(structure: Structure, values: CascadeValues, pole: float) -> tup
     section = np.array([p + pole, p * pole, residue, -residue * pole])
     at = int(structure.integrator)
     held = values.starts[:, at]
-    states = section_states(section, np.stack([held, held * p], axis=1))
-    starts = np.concatenate([np.delete(values.starts, at, axis=1), states], axis=1)
+    free = np.stack([held, held * p], axis=1)
+    starts = np.concatenate([np.delete(values.starts, at, axis=1), free], axis=1)
     larger = replace(structure, real_poles=structure.real_poles - 1, sections=structure.sections + 1)
     return larger, replace(
         values,

@@ -14,7 +14,6 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.cascade_basis import section_states
 from bayes_hw.identify.cascade_roots import section_poles
 from bayes_hw.identify.growth.extension import with_separate_pole
 from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
@@ -58,11 +57,8 @@ def earlier(structure: Structure, values: CascadeValues, at_zero: int) -> tuple[
     real[1, kept] = residues / poles
     real[1, at_zero] += float(np.sum(first) - np.sum(residues / poles)) - values.integrator_residue
     sections = np.stack([a1, a2, -first, b1 + first * a1])
-    starts = values.starts
-    if structure.free_start:
-        starts = _same_free_response(structure, values.sections, sections, starts)
     moved = replace(structure, delay_samples=structure.delay_samples - 1)
-    return moved, replace(values, real=real, sections=sections, starts=starts)
+    return moved, replace(values, real=real, sections=sections)
 
 
 def _off_zero(values: CascadeValues, at_zero: int) -> CascadeValues:
@@ -96,15 +92,3 @@ def _pushed(poles: ComplexArray) -> ComplexArray:
 def _denominator(poles: ComplexArray, b1: float, b2: float) -> FloatArray:
     """a1, a2, b1, b2 of a section with these poles."""
     return np.array([np.sum(poles).real, np.prod(poles).real, b1, b2])
-
-
-def _same_free_response(
-    structure: Structure, before: FloatArray, after: FloatArray, starts: FloatArray
-) -> FloatArray:
-    """Initial states (records, order) for which sections with other numerators give what they gave freely."""
-    found, first = starts.copy(), int(structure.integrator) + structure.real_poles
-    for i, (a1, a2, b1, b2) in enumerate(before.T):
-        states = slice(first + 2 * i, first + 2 * i + 2)
-        outputs = starts[:, states] @ np.array([[b1, b2], [b1 * a1 + b2, -b1 * a2]]).T
-        found[:, states] = section_states(after[:, i], outputs)
-    return found

@@ -55,10 +55,10 @@ def with_limits_anew(response: CascadeResponse, values: CascadeValues) -> Cascad
 
 
 def with_least_squares(
-    structure: Structure, values: CascadeValues, records: Sequence[Record]
+    structure: Structure, values: CascadeValues, records: Sequence[Record], clear: float = 0.0
 ) -> tuple[float, CascadeValues]:
     """What the weights of G (and initial states, and free levels) that explain most leave, a mean square of
-    the samples outside the dead zone; and `values` with them."""
+    the samples outside the dead zone, further from zero than `clear`; and `values` with them."""
     limited = [clipped(commands(record), values.lower, values.upper) for record in records]
     shapes = level_shapes(records)
     columns, targets = [], []
@@ -67,7 +67,7 @@ def with_least_squares(
     ):
         levels = np.zeros((len(records), len(record)))
         levels[number] = shapes[number]
-        outside = record.measured_samples & (record.y != 0)
+        outside = record.measured_samples & (np.abs(record.y) > clear)
         columns.append(np.concatenate([basis, levels])[:, outside])
         targets.append((record.y + values.half_width * np.sign(record.y))[outside])
     target = np.concatenate(targets)
@@ -288,7 +288,7 @@ def absorbed(item: Grown) -> bool:
     residuals are then far larger than its innovations.
     """
     point = item.point
-    innovations = np.sqrt(point.whitener.sum_of_squares(point.residuals) / point.samples)
+    innovations = np.sqrt(point.sum_of_squares / point.samples)
     return bool(point.rms > ABSORBED * innovations)
 
 

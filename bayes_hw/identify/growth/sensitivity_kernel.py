@@ -37,8 +37,8 @@ def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue
 def first_order(  # type: ignore[no-untyped-def]
     v, below, above, pole, residue, slope, state, w, to_lower, to_upper, to_pole, to_residue
 ):
-    """A first-order part of w; `slope` is d pole / d coordinate, `state` (4,) the filtered v, below, above
-    and w of this part."""
+    """A first-order part of w, from rest; `slope` is d pole / d coordinate, `state` (4,) the filtered v,
+    below, above and w of this part."""
     x, low, high, z = state
     for k in range(len(v)):
         part = residue * x
@@ -58,8 +58,8 @@ def first_order(  # type: ignore[no-untyped-def]
 def second_order(  # type: ignore[no-untyped-def]
     v, below, above, section, slopes, state, w, to_lower, to_upper, to_first, to_second, to_b1, to_b2
 ):
-    """A second-order part of w; `section` (4,): a1, a2, b1, b2; `slopes` (3,): d a1 / d first coordinate,
-    d a1 and d a2 / d second coordinate; `state` (8,): s(k-1), s(k-2) of v, below, above and the part."""
+    """A second-order part of w, from rest; `section` (4,): a1, a2, b1, b2; `slopes` (3,): d a1 / d first
+    coordinate, d a1 and d a2 / d second one; `state` (8,): s(k-1), s(k-2) of v, below, above and the part."""
     a1, a2, b1, b2 = section
     x1, x2, l1, l2, h1, h2, z1, z2 = state
     for k in range(len(v)):
@@ -78,26 +78,75 @@ def second_order(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def respond(v, residue, real, sections, integral, real_state, section_state, w):  # type: ignore[no-untyped-def]
-    """w alone: `real` (2, n): poles and residues; `sections` (4, n); states as in the functions above."""
-    total, start = integral[0], integral[3]
+def free_first_order(pole, start, slope, state, w, to_pole, to_start):  # type: ignore[no-untyped-def]
+    """The free response of a first-order part, begun at `start`; `state` (2,): that of a unit start and its
+    derivative by the pole at the next sample."""
+    unit, turned = state
+    for k in range(len(w)):
+        w[k] += start * unit
+        to_start[k] = unit
+        to_pole[k] += slope * start * turned
+        turned = unit + pole * turned
+        unit *= pole
+    state[:] = unit, turned
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def free_second_order(  # type: ignore[no-untyped-def]
+    section, slopes, starts, state, w, to_first, to_second, to_start, to_next
+):
+    """The free response of a second-order part whose first two samples are `starts` (2,); `state` (8,): the
+    next two samples of the responses to unit starts, and of the derivatives by a1 and a2."""
+    a1, a2 = section[0], section[1]
+    g0, g1, h0, h1, d0, d1, e0, e1 = state
+    for k in range(len(w)):
+        now, after = starts[0] * g0 + starts[1] * h0, starts[0] * g1 + starts[1] * h1
+        w[k] += now
+        to_start[k], to_next[k] = g0, h0
+        to_first[k] += slopes[0] * d0
+        to_second[k] += slopes[1] * d0 + slopes[2] * e0
+        g0, g1 = g1, a1 * g1 - a2 * g0
+        h0, h1 = h1, a1 * h1 - a2 * h0
+        d0, d1 = d1, a1 * d1 - a2 * d0 + after
+        e0, e1 = e1, a1 * e1 - a2 * e0 - now
+    state[:] = g0, g1, h0, h1, d0, d1, e0, e1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def respond(v, residue, real, sections, starts, w):  # type: ignore[no-untyped-def]
+    """w alone: `real` (2, n): poles and residues; `sections` (4, n); `starts`: what integrator, real poles
+    and sections begin with as in the functions above, or nothing."""
+    total = 0.0
     for k in range(len(v)):
-        w[k] = residue * total + start
+        w[k] = residue * total
         total += v[k]
-    integral[0] = total
     for i in range(real.shape[1]):
-        pole, weight, x = real[0, i], real[1, i], real_state[i, 0]
+        pole, weight, x = real[0, i], real[1, i], 0.0
         for k in range(len(v)):
             w[k] += weight * x
             x = v[k] + pole * x
-        real_state[i, 0] = x
     for i in range(sections.shape[1]):
         a1, a2, b1, b2 = sections[:, i]
-        x1, x2 = section_state[i, 0], section_state[i, 1]
+        x1 = x2 = 0.0
         for k in range(len(v)):
             w[k] += b1 * x1 + b2 * x2
             x1, x2 = v[k] + a1 * x1 - a2 * x2, x1
-        section_state[i, 0], section_state[i, 1] = x1, x2
+    if not len(starts):
+        return
+    at = len(starts) - real.shape[1] - 2 * sections.shape[1]
+    for i in range(at):
+        w += starts[i]
+    for i in range(real.shape[1]):
+        free = starts[at + i]
+        for k in range(len(v)):
+            w[k] += free
+            free *= real[0, i]
+    at += real.shape[1]
+    for i in range(sections.shape[1]):
+        a1, a2, free, after = sections[0, i], sections[1, i], starts[at + 2 * i], starts[at + 2 * i + 1]
+        for k in range(len(v)):
+            w[k] += free
+            free, after = after, a1 * after - a2 * free
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -45,12 +45,13 @@ def coordinates(structure: Structure, count: int) -> np.ndarray:
     return found
 
 
+@pytest.mark.parametrize("free_start", [False, True])
 @pytest.mark.parametrize("block", [65_536, 100])
 def test_derivatives_are_those_of_differences_in_blocks_of_any_size(
-    block: int, monkeypatch: pytest.MonkeyPatch
+    block: int, free_start: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cascade_response, "BLOCK_SAMPLES", block)
-    structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True)
+    structure = Structure(2, True, 1, 2, lower=True, upper=True, dead_zone=True, free_start=free_start)
     response = CascadeResponse(structure, records())
     at = coordinates(structure, 2)
     rows = np.concatenate([part[:, first:] for part, first, _ in response.linearise(at, 7)], axis=1)
@@ -107,6 +108,18 @@ def test_a_larger_cascade_starts_with_the_same_response() -> None:
         wider = CascadeResponse(larger, given)
         after = wider.residuals(wider.coordinates(extended_values))
         np.testing.assert_allclose(np.concatenate(after), np.concatenate(before), atol=1e-9)
+
+
+def test_what_noise_has_taken_up_is_told_where_samples_are_missing() -> None:
+    """A ramp beside white noise: an autoregression takes it up, whatever was not measured."""
+    noise = 1e-3 * np.random.default_rng(6).standard_normal(300)
+    given = [replace(record, y=np.linspace(0, 2, 300) + noise) for record in records()]
+    masked = [replace(record, measured=np.arange(300) >= 20) for record in given]
+    structure = Structure(0, True, 0, 0, free_start=True)
+    for some in (given, masked):
+        at_zero = CascadeResponse(structure, some).values(np.zeros(structure.size(2)))
+        assert absorbed(Grown.at(structure, at_zero, some))
+        assert not absorbed(Grown.at(structure, at_zero, some, most_noise=0))
 
 
 @pytest.fixture(scope="module")
