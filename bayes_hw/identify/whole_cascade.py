@@ -138,8 +138,8 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if released is not None:
         tried.append(released)
         best = released
-    best, evidence, rms_without = _drop_blocks(best)
-    best = with_one_integrator(_that_simulates(best, resumed))
+    best, evidence, rms_without = _drop_blocks(_that_simulates(best, resumed))
+    best = with_one_integrator(_simulating(best))
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
     if best.structure.dead_zone:
@@ -204,10 +204,22 @@ def _grown(
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
     plain = list(_every_order(start, largest_order, told).values())
     pool += plain
-    resumed = chosen(plain, True)
+    resumed = chosen(_no_worse_than_smaller(plain), True)
     if _simulating(resumed) is resumed:
         pool += _every_order(resumed, largest_order, told).values()
     return pool, [resumed]
+
+
+def _no_worse_than_smaller(items: Iterable[Grown]) -> list[Grown]:
+    """Those of `items` that on plain residuals fit no worse than one of fewer poles: of the others coloured
+    noise has made something that does not simulate."""
+    kept: list[Grown] = []
+    most = -np.inf
+    for item in sorted(items, key=lambda item: item.structure.order):
+        if item.under_noise(0).descended().log_likelihood >= most:
+            kept.append(item)
+        most = max(most, item.on_plain_residuals().log_likelihood)
+    return kept
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
@@ -255,12 +267,12 @@ def _simulating(item: Grown) -> Grown:
     """
     if not absorbed(item):
         return item
-    plain = item.under_noise(0).descended()
+    plain = item.on_plain_residuals()
     return plain if item.point.rms > CARRIED * plain.point.rms else item
 
 
 def _that_simulates(item: Grown, resumed: list[Grown]) -> Grown:
-    """`item` where it simulates; else the best of `resumed`, those grown on plain residuals, with its blocks.
+    """`item` where it simulates; else the best of `resumed`, those grown on plain residuals.
 
     An order that the likelihood of coloured noise asked for, while that carried what the axis does, says
     nothing of how the axis moves.
@@ -268,15 +280,7 @@ def _that_simulates(item: Grown, resumed: list[Grown]) -> Grown:
     simulating = _simulating(item)
     if simulating is item or not resumed or not item.structure.integrator:
         return simulating
-    return _simulating(_with_blocks_of(chosen(resumed, True), item))
-
-
-def _with_blocks_of(item: Grown, other: Grown) -> Grown:
-    """`item` without the static blocks that `other` lacks."""
-    for block in BLOCKS:
-        if getattr(item.structure, block) and not getattr(other.structure, block):
-            item = _without(item, block)
-    return item
+    return _simulating(chosen(resumed, True))
 
 
 def _without(item: Grown, block: str) -> Grown:
@@ -286,7 +290,7 @@ def _without(item: Grown, block: str) -> Grown:
         "dead_zone": replace(item.values, half_width=0.0),
     }
     structure = replace(item.structure, **{block: False})
-    return Grown.at(structure, values[block], item.response.records).descended()
+    return Grown.at(structure, values[block], item.response.records, item.point.most_noise).descended()
 
 
 def _tabulated(items: Iterable[Grown], output_scale: float, misfit: bool) -> tuple[OrderCandidate, ...]:

@@ -100,10 +100,11 @@ the second."""
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """One fitted structure of the search."""
+    """One fitted structure of the search; `plain` is what it was on plain residuals where it grew on those."""
 
     response: CascadeResponse
     point: Point
+    plain: Grown | None = None
 
     @property
     def structure(self) -> Structure:
@@ -153,6 +154,11 @@ class Grown:
     def under_noise(self, most_noise: int) -> Grown:
         """The same cascade with noise of orders up to `most_noise`."""
         return Grown.at(self.structure, self.values, self.response.records, most_noise)
+
+    def on_plain_residuals(self) -> Grown:
+        """The likelier of what it grew as on plain residuals and a descent on those from where it is."""
+        descended = self.under_noise(0).descended()
+        return descended if self.plain is None else likeliest([descended, self.plain])
 
     def descended(self, steps: int = LAST_STEPS) -> Grown:
         """After at most `steps` steps."""
@@ -244,7 +250,7 @@ def grow(
         if most_noise == MAX_ORDER:
             judged = pool
         else:
-            judged[order] = pool[order].under_noise(MAX_ORDER).descended()
+            judged[order] = replace(pool[order].under_noise(MAX_ORDER).descended(), plain=pool[order])
         best_order = min(judged, key=lambda n: judged[n].criterion)
         if order >= least_order and order > best_order + PATIENCE:
             break
