@@ -174,3 +174,18 @@ def stationary_autoregression(
         history = signal.lfiltic([1.0], polynomial, noise[:order][::-1])
         noise[order:] = signal.lfilter([1.0], polynomial, spread[order] * shocks[order:], zi=history)[0]
     return noise
+
+
+def samples_worth_one(residuals: Sequence[FloatArray]) -> float:
+    """1 + 2 sum of squared autocorrelations up to the first that is not positive: by so many samples are
+    products of two series of the residuals' colour correlated (Bayley and Hammersley 1946, doi
+    10.2307/2983560)."""
+    filled = [np.nan_to_num(e) for e in residuals]
+    power = sum(float(e @ e) for e in filled)
+    total = 1.0
+    for lag in range(1, max(len(e) for e in filled)):
+        correlation = sum(float(e[lag:] @ e[:-lag]) for e in filled if len(e) > lag) / power
+        if correlation <= 0:
+            break
+        total += 2 * correlation**2
+    return total

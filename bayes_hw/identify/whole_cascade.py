@@ -44,6 +44,7 @@ from bayes_hw.identify.linear_output_error import (
 )
 from bayes_hw.identify.long_records import at_full_rate, for_search, search_factor
 from bayes_hw.identify.noise import MAX_ORDER as MAX_NOISE_ORDER
+from bayes_hw.identify.noise import samples_worth_one
 from bayes_hw.identify.structure_choice import choice_criterion, chosen
 from bayes_hw.identify.structure_pool import Kept, StructurePool, pool_of
 
@@ -204,22 +205,38 @@ def _grown(
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
     plain = list(_every_order(start, largest_order, told).values())
     pool += plain
-    resumed = chosen(_no_worse_than_smaller(plain), True)
+    resumed = _enough_to_simulate(plain)
     if _simulating(resumed) is resumed:
         pool += _every_order(resumed, largest_order, told).values()
     return pool, [resumed]
 
 
-def _no_worse_than_smaller(items: Iterable[Grown]) -> list[Grown]:
-    """Those of `items` that on plain residuals fit no worse than one of fewer poles: of the others coloured
-    noise has made something that does not simulate."""
-    kept: list[Grown] = []
-    most = -np.inf
-    for item in sorted(items, key=lambda item: item.structure.order):
-        if item.under_noise(0).descended().log_likelihood >= most:
-            kept.append(item)
-        most = max(most, item.on_plain_residuals().log_likelihood)
-    return kept
+def _enough_to_simulate(items: Iterable[Grown]) -> Grown:
+    """The smallest of `items` that on plain residuals no other serves decisively better.
+
+    An axis forgets within a record how it began: one that does not fits by initial states that last as long
+    as the record, and is left out unless all are so. The others are weighed by the information criterion of
+    the likelihood that a model with misfit is sampled by, that of white noise to the power 1 / tau (Gao and
+    Song 2010, doi 10.1198/jasa.2010.tm09414), tau the samples of the best fit that are worth one.
+    """
+    judged = sorted(items, key=lambda item: item.structure.order)
+    plain = [item.on_plain_residuals() for item in judged]
+    forget = [forgets_within(item.values, item.response.records) for item in plain]
+    pairs = [pair for pair, kept in zip(zip(judged, plain, strict=True), forget, strict=True) if kept]
+    pairs = pairs or list(zip(judged, plain, strict=True))
+    best = min((item.point for _, item in pairs), key=lambda point: point.rms)
+    worth = best.samples / samples_worth_one(best.residuals)
+    criteria = [
+        2 * worth * np.log(item.point.rms)
+        + item.structure.n_linear * np.log(worth)
+        + 2 * len(item.response.records) * item.structure.order
+        for _, item in pairs
+    ]
+    return next(
+        item
+        for (item, _), criterion in zip(pairs, criteria, strict=True)
+        if criterion <= min(criteria) + DECISIVE
+    )
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
@@ -280,7 +297,7 @@ def _that_simulates(item: Grown, resumed: list[Grown]) -> Grown:
     simulating = _simulating(item)
     if simulating is item or not resumed or not item.structure.integrator:
         return simulating
-    return _simulating(chosen(resumed, True))
+    return _simulating(_enough_to_simulate(resumed))
 
 
 def _without(item: Grown, block: str) -> Grown:

@@ -89,8 +89,17 @@ NORMALITY = "normal distribution"
 STUDENT_T = "Student-t distribution"
 DISTRIBUTIONS = (NORMALITY, STUDENT_T)
 DEPENDENCE = ("independent of the command", "independent of the command's magnitude")
+WINSOR = 3.0
+"""Robust standard deviations that outliers are drawn in to."""
+
 FARTHEST = 8.0
 """Standard deviations that an innovation in the tail is set to at most where it is made normal."""
+
+
+def reach(values: Sequence[FloatArray]) -> float:
+    """WINSOR robust standard deviations of what of `values` was measured: where outliers are drawn in to
+    (Huber's pseudo-data)."""
+    return WINSOR * 1.4826 * float(np.median(np.abs(_known(np.concatenate(values)))))
 
 
 def examine_residuals(
@@ -104,8 +113,9 @@ def examine_residuals(
     noise were fitted where these are not the phi themselves, `degrees_of_freedom` those of Student-t ones.
 
     Ljung-Box for whiteness (doi 10.1093/biomet/65.2.297), the largest cross-correlation with the command for
-    dynamics the model lacks, the same with the command's magnitude for nonlinearity it lacks, and Jarque-Bera
-    for normality, of Student-t innovations once their distribution has made them normal. Each at 1 %.
+    dynamics the model lacks, the same with the command's magnitude for nonlinearity it lacks, both of
+    innovations whose outliers are drawn in, which would hide what the many others say; and Jarque-Bera for
+    normality, of Student-t innovations once their distribution has made them normal. Each at 1 %.
     """
     order = len(autoregression)
     innovations = [
@@ -115,13 +125,15 @@ def examine_residuals(
     commands = [record.u[order:] for record in records]
     lags = min(LARGEST_LAG, min(len(a) for a in innovations) // 2)
     autocorrelation = _autocorrelation(innovations, lags)
+    bound = reach(innovations)
+    drawn_in = [np.clip(a, -bound, bound) for a in innovations] if bound > 0 else innovations
     samples = sum(_count(a) for a in innovations)
     tests = (
         _ljung_box(autocorrelation, samples, fitted or order, _pairs(innovations, lags)),
-        _cross_correlation(DEPENDENCE[0], innovations, commands, lags, "linear dynamics"),
+        _cross_correlation(DEPENDENCE[0], drawn_in, commands, lags, "linear dynamics"),
         _cross_correlation(
             DEPENDENCE[1],
-            innovations,
+            drawn_in,
             [np.abs(u) for u in commands],
             lags,
             "a nonlinearity",

@@ -12,14 +12,14 @@ from scipy import linalg, stats
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.criterion import DECISIVE
 from bayes_hw.identify.growth.search import ABSORBED
-from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise, samples_worth_one
 from bayes_hw.identify.output_error import OutputErrorFit, fit_output_error, prior_scale, whitened
 from bayes_hw.identify.several_starts import SeveralStarts, fit_from_several_starts
 from bayes_hw.identify.whole_cascade import CARRIED
 from bayes_hw.infer.improper_tails import onto_plains
 from bayes_hw.infer.log_posterior import LogPosterior
 from bayes_hw.infer.noise import noise_parameters
-from bayes_hw.infer.residual_tests import DEPENDENCE, examine_residuals
+from bayes_hw.infer.residual_tests import DEPENDENCE, examine_residuals, reach
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.parameters import Parameter, as_coordinates, as_values
 from bayes_hw.record import Record
@@ -33,7 +33,6 @@ APART = 5.0
 NEGLIGIBLE = 15.0
 WORSE = 2.0
 """A minimum with so many times the smallest sum of squares is not looked at as a mode of its own."""
-WINSOR = 3.0
 START_DEGREES = 6.0
 DEGREES_VARIANCE = 0.3
 """Of log(degrees of freedom - 2) where sampling starts."""
@@ -151,21 +150,6 @@ def _plainly(
     return estimate_noise(split_by_record(fit.residuals, records), 0), fit, 1 / tau
 
 
-def samples_worth_one(residuals: Sequence[FloatArray]) -> float:
-    """1 + 2 sum of squared autocorrelations up to the first that is not positive: by so many samples are
-    products of two series of the residuals' colour correlated (Bayley and Hammersley 1946, doi
-    10.2307/2983560)."""
-    filled = [np.nan_to_num(e) for e in residuals]
-    power = sum(float(e @ e) for e in filled)
-    total = 1.0
-    for lag in range(1, max(len(e) for e in filled)):
-        correlation = sum(float(e[lag:] @ e[:-lag]) for e in filled if len(e) > lag) / power
-        if correlation <= 0:
-            break
-        total += 2 * correlation**2
-    return total
-
-
 def _hides_misfit(noise: NoiseEstimate, fit: OutputErrorFit, records: Sequence[Record]) -> bool:
     """Whether innovations that ABSORBED times as large residuals are predicted from follow the command."""
     if noise.sigma <= ABSORBED * noise.innovation_sigma:
@@ -206,11 +190,11 @@ def _robustly(
         outputs = [record.y - part for record, part in zip(drawn_in, parts, strict=True)]
         residuals = [record.y - output for record, output in zip(records, outputs, strict=True)]
         known = [e[record.measured_samples] for e, record in zip(residuals, records, strict=True)]
-        reach = WINSOR * 1.4826 * float(np.median(np.abs(np.concatenate(known))))
-        if reach < ROUNDING * float(np.max(np.abs(np.concatenate(known)))):
+        farthest = reach(known)
+        if farthest < ROUNDING * float(np.max(np.abs(np.concatenate(known)))):
             break
         drawn_in = [
-            replace(record, y=output + np.clip(residual, -reach, reach))
+            replace(record, y=output + np.clip(residual, -farthest, farthest))
             for record, output, residual in zip(records, outputs, residuals, strict=True)
         ]
         noise, fit = _refitted(axis, drawn_in, fit)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bayes_hw.identify import whole_cascade
@@ -37,6 +38,7 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
     monkeypatch.setattr(whole_cascade, "absorbed", lambda item: hidden and item == "best coloured")
     monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
     monkeypatch.setattr(whole_cascade, "_simulating", lambda item: "another" if carried else item)
+    monkeypatch.setattr(whole_cascade, "_enough_to_simulate", lambda items: list(items)[-1])
     experiment: Any = SimpleNamespace(records=(), noise_level=1.0)
     structure: Any = SimpleNamespace()
     pool, resumed = whole_cascade._grown(experiment, structure, 9, lambda _: None)
@@ -48,30 +50,54 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
     ("carried", "resumed", "taken"),
     [
         (False, ["small", "large"], "coloured"),
-        (True, ["small", "large"], "large on plain residuals without upper"),
+        (True, ["small", "large"], "large on plain residuals"),
         (True, [], "coloured on plain residuals"),
     ],
 )
 def test_where_noise_carries_the_axis_the_order_is_that_of_plain_residuals(
     monkeypatch: pytest.MonkeyPatch, carried: bool, resumed: list[str], taken: str
 ) -> None:
-    """With the blocks that the chosen cascade has; where none was grown so, the chosen one is refitted."""
+    """Where none was grown so, the chosen one is refitted."""
 
-    def cascade(name: str, upper: bool) -> Any:
-        blocks = SimpleNamespace(lower=True, upper=upper, dead_zone=True, integrator=True)
-        return SimpleNamespace(name=name, structure=blocks)
+    def cascade(name: str) -> Any:
+        return SimpleNamespace(name=name, structure=SimpleNamespace(integrator=True))
 
     def simulating(item: Any) -> Any:
-        if not carried:
-            return item
-        name, _, without = item.name.partition(" without")
-        return cascade(f"{name} on plain residuals" + (f" without{without}" if without else ""), False)
+        return cascade(f"{item.name} on plain residuals") if carried else item
 
     monkeypatch.setattr(whole_cascade, "_simulating", simulating)
-    monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
-    monkeypatch.setattr(
-        whole_cascade, "_without", lambda item, block: cascade(f"{item.name} without {block}", False)
-    )
-    best = cascade("coloured", upper=False)
-    found = whole_cascade._that_simulates(best, [cascade(name, True) for name in resumed])
+    monkeypatch.setattr(whole_cascade, "_enough_to_simulate", lambda items: list(items)[-1])
+    found = whole_cascade._that_simulates(cascade("coloured"), [cascade(name) for name in resumed])
     assert found.name == taken
+
+
+def plain_cascade(order: int, pole: float, rms: float, samples: int = 400) -> Any:
+    """Its fit on plain white residuals, all its poles but the integrator at `pole`."""
+    residuals = (rms * np.random.default_rng(order).standard_normal(samples),)
+    values = SimpleNamespace(real=np.full((2, order - 1), pole), sections=np.zeros((4, 0)))
+    item = SimpleNamespace(
+        structure=SimpleNamespace(order=order, n_linear=2 * order - 1),
+        values=values,
+        point=SimpleNamespace(rms=rms, residuals=residuals, samples=samples),
+        response=SimpleNamespace(records=[np.zeros(samples)]),
+    )
+    item.on_plain_residuals = lambda: item
+    return item
+
+
+@pytest.mark.parametrize(
+    ("rms", "poles", "order"),
+    [
+        ((1.0, 0.98, 0.975), (0.5, 0.5, 0.5), 2),
+        ((1.0, 0.7, 0.69), (0.5, 0.5, 0.5), 3),
+        ((1.0, 0.7, 0.1), (0.5, 0.5, 0.9999), 3),
+        ((1.0, 0.7, 0.1), (0.9999, 0.9999, 0.9999), 4),
+    ],
+)
+def test_the_smallest_cascade_that_serves_is_one_that_forgets_its_beginning(
+    rms: tuple[float, ...], poles: tuple[float, ...], order: int
+) -> None:
+    """Better by little is not decisive; better by initial states that last is not better; where all last,
+    the best is taken."""
+    items = [plain_cascade(n, *one) for n, one in enumerate(zip(poles, rms, strict=True), start=2)]
+    assert whole_cascade._enough_to_simulate(reversed(items)).structure.order == order

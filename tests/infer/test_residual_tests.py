@@ -51,6 +51,16 @@ def test_sizes_under_white_residuals() -> None:
     assert rejected[3] <= 400 * 0.03, "Jarque-Bera approaches its level slowly from above"
 
 
+def test_outliers_do_not_hide_what_follows_the_command() -> None:
+    """A tenth of the noise follows the command; a hundredth of the samples lie forty deviations off."""
+    rng = np.random.default_rng(11)
+    u = rng.standard_normal(3000)
+    outliers = 40 * rng.standard_normal(3000) * (rng.random(3000) < 0.01)
+    e = rng.standard_normal(3000) + 0.1 * u
+    assert examined(e + outliers, u).tests[COMMAND].p_value < 1e-4
+    assert examined(e - 0.1 * u + outliers, u).tests[COMMAND].passed
+
+
 def test_p_values_of_whiteness_are_uniform() -> None:
     rng = np.random.default_rng(2)
     p_values = [examined(rng.standard_normal(800)).tests[WHITE].p_value for _ in range(200)]

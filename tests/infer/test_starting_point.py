@@ -14,7 +14,7 @@ from scipy import signal
 from simulated_records import measured
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.identify.noise import NoiseEstimate, estimate_noise
+from bayes_hw.identify.noise import NoiseEstimate, estimate_noise, samples_worth_one
 from bayes_hw.identify.several_starts import fit_from_several_starts
 from bayes_hw.infer.inference import axis_for, residual_report
 from bayes_hw.infer.log_posterior import LogPosterior
@@ -22,7 +22,6 @@ from bayes_hw.infer.starting_point import (
     CARRIED,
     _hides_misfit,
     noise_covariance,
-    samples_worth_one,
     split_by_record,
     starting_point,
 )

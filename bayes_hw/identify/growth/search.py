@@ -100,7 +100,7 @@ the second."""
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """One fitted structure of the search; `plain` is what it was on plain residuals where it grew on those."""
+    """One fitted structure of the search; `plain` is what it grew as where that was on plain residuals."""
 
     response: CascadeResponse
     point: Point
