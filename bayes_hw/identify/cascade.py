@@ -77,7 +77,7 @@ class CascadeValues:
 
     `real` has shape (2, n_real): pole, residue; `sections` (4, n_sections): a1, a2, b1, b2; `starts` has
     shape (records, order): the free response of the integrator and of each real pole at the first sample,
-    then that of every section at the first two.
+    then that of every section there and its step to the second.
     """
 
     lower: float
@@ -207,7 +207,7 @@ def _modal_form(rows: _Rows, record: int) -> ModalForm:
     starts = rows.starts[record]
     n_real = rows.real.shape[1]
     residues = np.where(rows.real[1] == 0, 1.0, rows.real[1])
-    pairs = _section_states(rows.sections, starts[n_real::2], starts[n_real + 1 :: 2])
+    pairs = _section_states(rows.sections, starts[n_real::2], starts[n_real::2] + starts[n_real + 1 :: 2])
     return ModalForm(static, rows.real, rows.sections, starts[:n_real] / residues, pairs)
 
 

@@ -72,6 +72,6 @@ def _free_responses(real_poles: FloatArray, sections: FloatArray, samples: int) 
     for a1, a2 in sections[:2].T:
         impulse = np.zeros((2, samples))
         impulse[0, 0] = impulse[1, 1] = 1.0
-        impulse[0, 1] = -a1
+        impulse[0, 1] = 1 - a1
         responses.extend(signal.lfilter([1.0], [1.0, -a1, a2], impulse, axis=1))
     return np.array(responses).reshape(-1, samples)

@@ -263,7 +263,7 @@ class _States:
         integral[3] = starts[:1].sum() if structure.integrator else 0.0
         free_real, free_sections = np.zeros((structure.real_poles, 2)), np.zeros((structure.sections, 8))
         free_real[:, 0] = 1.0
-        free_sections[:, [0, 3]] = 1.0
+        free_sections[:, [0, 1, 3]] = 1.0
         return cls(
             integral,
             np.zeros((structure.real_poles, 4)),

@@ -49,7 +49,7 @@ def joined_pole(structure: Structure, values: CascadeValues, pole: float) -> tup
     section = np.array([p + pole, p * pole, residue, -residue * pole])
     at = int(structure.integrator)
     held = values.starts[:, at]
-    free = np.stack([held, held * p], axis=1)
+    free = np.stack([held, held * (p - 1)], axis=1)
     starts = np.concatenate([np.delete(values.starts, at, axis=1), free], axis=1)
     larger = replace(structure, real_poles=structure.real_poles - 1, sections=structure.sections + 1)
     return larger, replace(

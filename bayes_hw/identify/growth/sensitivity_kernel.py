@@ -95,8 +95,9 @@ def free_first_order(pole, start, slope, state, w, to_pole, to_start):  # type: 
 def free_second_order(  # type: ignore[no-untyped-def]
     section, slopes, starts, state, w, to_first, to_second, to_start, to_next
 ):
-    """The free response of a second-order part whose first two samples are `starts` (2,); `state` (8,): the
-    next two samples of the responses to unit starts, and of the derivatives by a1 and a2."""
+    """The free response of a second-order part that begins with `starts` (2,), its first sample and the step
+    to its second: two samples of a slow one would be all but the same. `state` (8,): the next two samples of
+    the responses to unit starts, and of the derivatives by a1 and a2."""
     a1, a2 = section[0], section[1]
     g0, g1, h0, h1, d0, d1, e0, e1 = state
     for k in range(len(w)):
@@ -143,7 +144,8 @@ def respond(v, residue, real, sections, starts, w):  # type: ignore[no-untyped-d
             free *= real[0, i]
     at += real.shape[1]
     for i in range(sections.shape[1]):
-        a1, a2, free, after = sections[0, i], sections[1, i], starts[at + 2 * i], starts[at + 2 * i + 1]
+        a1, a2, free, after = sections[0, i], sections[1, i], starts[at + 2 * i], starts[at + 2 * i]
+        after += starts[at + 2 * i + 1]
         for k in range(len(v)):
             w[k] += free
             free, after = after, a1 * after - a2 * free
