@@ -104,20 +104,20 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if experiment.free_start:
         begun = replace(structure, delay_samples=apparent_delay(experiment.records))
         small = likeliest([small, _small(experiment, begun, min(SMALL_ORDER, max_order), told(0))])
-    wanted, done, resumed, past = [small.structure.delay_samples], set[int](), list[Grown](), -1
+    wanted, done, grown_plain, past = [small.structure.delay_samples], set[int](), list[Grown](), -1
     while wanted:
         delay = wanted.pop()
         if experiment.free_start and delay > PAST_DELAYS * past:
             # So far outputs counted that commands before the records decide; nothing compares with them.
-            past, tried, done, resumed = delay, [], set(), []
+            past, tried, done, grown_plain = delay, [], set(), []
             whole = whole.without_past(factor * delay)
             experiment = for_search(whole, factor)
         done.add(delay)
         grown, hidden = _grown(
             experiment, replace(structure, delay_samples=delay), max_order, told(max_order)
         )
-        resumed += hidden
-        misfit = bool(resumed)
+        grown_plain += hidden
+        misfit = bool(grown_plain)
         found = chosen(grown, misfit)
         if too_long(found):
             wanted.append(safe_delay(found))
@@ -139,7 +139,7 @@ def identify_jointly(whole: Experiment, linear: CascadeFit, max_order: int, repo
     if released is not None:
         tried.append(released)
         best = released
-    best, evidence, rms_without = _drop_blocks(_that_simulates(best, resumed))
+    best, evidence, rms_without = _drop_blocks(_that_simulates(best, grown_plain))
     best = with_one_integrator(_simulating(best))
     tried.append(best)
     chosen_order, slow, onset = best.structure.order, 0, 0
@@ -192,8 +192,8 @@ def _every_order(start: Grown, largest_order: int, told: Callable[[int], None]) 
 def _grown(
     experiment: Experiment, structure: Structure, largest_order: int, told: Callable[[int], None]
 ) -> tuple[list[Grown], list[Grown]]:
-    """Cascades of every order and, where the noise model hid a misfit, the criterion's best of those grown on
-    plain residuals, which are then among them.
+    """Cascades of every order and, where the noise model hid a misfit, those grown on plain residuals, which
+    are then among them.
 
     Plain residuals show what is slow and hide what is small beside it: the criterion's best of those goes on
     under coloured noise, which shows resonances, unless that carries what the axis does there too.
@@ -205,38 +205,32 @@ def _grown(
     start = smallest_cascade(experiment.records, structure, experiment.noise_level, most_noise=0)
     plain = list(_every_order(start, largest_order, told).values())
     pool += plain
-    resumed = _enough_to_simulate(plain)
+    resumed = chosen(plain, True)
     if _simulating(resumed) is resumed:
         pool += _every_order(resumed, largest_order, told).values()
-    return pool, [resumed]
+    return pool, plain
 
 
 def _enough_to_simulate(items: Iterable[Grown]) -> Grown:
-    """The smallest of `items` that on plain residuals no other serves decisively better.
+    """The smallest of `items`, as it is on plain residuals, that no other serves decisively better there.
 
     An axis forgets within a record how it began: one that does not fits by initial states that last as long
     as the record, and is left out unless all are so. The others are weighed by the information criterion of
     the likelihood that a model with misfit is sampled by, that of white noise to the power 1 / tau (Gao and
     Song 2010, doi 10.1198/jasa.2010.tm09414), tau the samples of the best fit that are worth one.
     """
-    judged = sorted(items, key=lambda item: item.structure.order)
-    plain = [item.on_plain_residuals() for item in judged]
-    forget = [forgets_within(item.values, item.response.records) for item in plain]
-    pairs = [pair for pair, kept in zip(zip(judged, plain, strict=True), forget, strict=True) if kept]
-    pairs = pairs or list(zip(judged, plain, strict=True))
-    best = min((item.point for _, item in pairs), key=lambda point: point.rms)
+    plain = sorted((item.on_plain_residuals() for item in items), key=lambda item: item.structure.order)
+    plain = [item for item in plain if forgets_within(item.values, item.response.records)] or plain
+    best = min((item.point for item in plain), key=lambda point: point.rms)
     worth = best.samples / samples_worth_one(best.residuals)
     criteria = [
         2 * worth * np.log(item.point.rms)
         + item.structure.n_linear * np.log(worth)
         + 2 * len(item.response.records) * item.structure.order
-        for _, item in pairs
+        for item in plain
     ]
-    return next(
-        item
-        for (item, _), criterion in zip(pairs, criteria, strict=True)
-        if criterion <= min(criteria) + DECISIVE
-    )
+    near = min(criteria) + DECISIVE
+    return next(item for item, criterion in zip(plain, criteria, strict=True) if criterion <= near)
 
 
 def _without_blocks(experiment: Experiment, linear: CascadeFit) -> Grown:
@@ -288,16 +282,18 @@ def _simulating(item: Grown) -> Grown:
     return plain if item.point.rms > CARRIED * plain.point.rms else item
 
 
-def _that_simulates(item: Grown, resumed: list[Grown]) -> Grown:
-    """`item` where it simulates; else the best of `resumed`, those grown on plain residuals.
+def _that_simulates(item: Grown, grown_plain: list[Grown]) -> Grown:
+    """`item` where it simulates; else the best of those grown on plain residuals where that does; else what
+    of them is enough to simulate.
 
     An order that the likelihood of coloured noise asked for, while that carried what the axis does, says
     nothing of how the axis moves.
     """
     simulating = _simulating(item)
-    if simulating is item or not resumed or not item.structure.integrator:
+    if simulating is item or not grown_plain or not item.structure.integrator:
         return simulating
-    return _simulating(_enough_to_simulate(resumed))
+    best = chosen(grown_plain, True)
+    return best if _simulating(best) is best else _enough_to_simulate(grown_plain)
 
 
 def _without(item: Grown, block: str) -> Grown:

@@ -38,36 +38,42 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
     monkeypatch.setattr(whole_cascade, "absorbed", lambda item: hidden and item == "best coloured")
     monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
     monkeypatch.setattr(whole_cascade, "_simulating", lambda item: "another" if carried else item)
-    monkeypatch.setattr(whole_cascade, "_enough_to_simulate", lambda items: list(items)[-1])
     experiment: Any = SimpleNamespace(records=(), noise_level=1.0)
     structure: Any = SimpleNamespace()
-    pool, resumed = whole_cascade._grown(experiment, structure, 9, lambda _: None)
-    assert begun == starts and resumed == (["best plain"] if hidden else [])
+    pool, plain = whole_cascade._grown(experiment, structure, 9, lambda _: None)
+    assert begun == starts and plain == (["small plain", "best plain"] if hidden else [])
     assert pool == [name for start in starts for name in (f"small {start}", f"best {start}")]
 
 
 @pytest.mark.parametrize(
-    ("carried", "resumed", "taken"),
+    ("carried", "grown", "taken"),
     [
-        (False, ["small", "large"], "coloured"),
-        (True, ["small", "large"], "large on plain residuals"),
-        (True, [], "coloured on plain residuals"),
+        ([], ["small", "large"], "coloured"),
+        (["coloured"], ["small", "large"], "large"),
+        (["coloured", "large"], ["small", "large"], "enough of small, large"),
+        (["coloured"], [], "coloured on plain residuals"),
     ],
 )
-def test_where_noise_carries_the_axis_the_order_is_that_of_plain_residuals(
-    monkeypatch: pytest.MonkeyPatch, carried: bool, resumed: list[str], taken: str
+def test_where_noise_carries_the_axis_another_is_taken(
+    monkeypatch: pytest.MonkeyPatch, carried: list[str], grown: list[str], taken: str
 ) -> None:
-    """Where none was grown so, the chosen one is refitted."""
+    """The best grown on plain residuals where that simulates, else what is enough; where none was grown so the
+    chosen one is refitted."""
 
     def cascade(name: str) -> Any:
         return SimpleNamespace(name=name, structure=SimpleNamespace(integrator=True))
 
     def simulating(item: Any) -> Any:
-        return cascade(f"{item.name} on plain residuals") if carried else item
+        return cascade(f"{item.name} on plain residuals") if item.name in carried else item
 
     monkeypatch.setattr(whole_cascade, "_simulating", simulating)
-    monkeypatch.setattr(whole_cascade, "_enough_to_simulate", lambda items: list(items)[-1])
-    found = whole_cascade._that_simulates(cascade("coloured"), [cascade(name) for name in resumed])
+    monkeypatch.setattr(whole_cascade, "chosen", lambda pool, *_: pool[-1])
+    monkeypatch.setattr(
+        whole_cascade,
+        "_enough_to_simulate",
+        lambda items: cascade("enough of " + ", ".join(item.name for item in items)),
+    )
+    found = whole_cascade._that_simulates(cascade("coloured"), [cascade(name) for name in grown])
     assert found.name == taken
 
 
