@@ -57,7 +57,7 @@ def test_growth_goes_on_from_the_best_on_plain_residuals(
 def test_where_noise_carries_the_axis_another_is_taken(
     monkeypatch: pytest.MonkeyPatch, carried: list[str], grown: list[str], taken: str
 ) -> None:
-    """The best grown on plain residuals where that simulates, else what is enough; where none was grown so the
+    """The best grown on plain residuals where that simulates, else what is enough; without any grown so the
     chosen one is refitted."""
 
     def cascade(name: str) -> Any:
