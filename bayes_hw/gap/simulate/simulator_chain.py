@@ -171,6 +171,20 @@ class SimulatorBuilder:
                     "LogNormal prior with Logarithm"
                 )
 
+    @property
+    def said_of_structure(self) -> str:
+        """What of the simulator was not questioned."""
+        if isinstance(self.simulator, SimulatorWithDoors):
+            return (
+                "The simulator's structure was taken as given; only the parameters declared uncertain were "
+                "estimated again. Effects were sought on the simulator linearised about its rest, before it, "
+                "behind it and where forces may enter; what was found was fitted to the simulator itself."
+            )
+        return (
+            "The simulator's structure was taken as given; only its parameters were estimated again. Effects "
+            "were tried before it, behind it and, where it takes forces, as forces: not within it."
+        )
+
     @cached_property
     def start_spreads(self) -> FloatArray:
         """Those of the priors."""
