@@ -6,13 +6,16 @@ STAMP := $(VENV)/.installed
 # Compiled modules are kept, whatever the caller's shell says: every test of a process of its own loads them.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: study test slow-test coverage kernels docs lint format studies lock clean
+.PHONY: study test suite slow-test coverage kernels docs lint format studies lock clean
 
 study: $(STAMP)
 	$(BIN)/python studies/02_twin.py
 
+# The checks of `lint` take one core for three quarters of a minute: the other need not wait for them.
 test: $(STAMP)
-	$(MAKE) --no-print-directory --jobs=3 lint kernels
+	$(MAKE) --no-print-directory --jobs=3 lint suite
+
+suite: kernels
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # Compiles what the tests need, once and beside the checks of `lint`, instead of in every worker; nothing where no

@@ -208,7 +208,7 @@ def _diagnosed(
     from bayes_hw.gap.diagnosis import diagnose
     from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render
-    from bayes_hw.simulators.simulator_diagnosis import CORRECTED, full_simulator, write_corrected_simulator
+    from bayes_hw.simulators.simulator_diagnosis import CORRECTED, full_simulator
 
     progress = Progress(parsed.quiet)
     rng = np.random.default_rng(parsed.seed)
@@ -223,7 +223,7 @@ def _diagnosed(
     )
     diagnosis.write(out)
     if axis is not None:
-        write_corrected_simulator(axis, diagnosis, out / CORRECTED, rng)
+        axis.write_corrected(diagnosis, out / CORRECTED, rng)
     remove_pages(out)
     if not parsed.no_report:
         from bayes_hw.provenance import provenance_of

@@ -12,6 +12,7 @@ from bayes_hw.arrays import ComplexArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.infer.posterior import Posterior
 from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.controller_kernel import LoopSignals, PositionLoop
 from bayes_hw.record import Units
 
 Roots = TypeVar("Roots", FloatArray, ComplexArray)
@@ -31,17 +32,8 @@ class EffectInLoop(Protocol):
         """The draws of the given indices."""
         ...
 
-    def simulate(
-        self,
-        numbers: FloatArray,
-        sections: FloatArray,
-        ratio: int,
-        delay: int,
-        reference: FloatArray,
-        noise: FloatArray,
-        start: FloatArray,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Command, w and output (draws, samples); see `bayes_hw.control.simulator`."""
+    def simulate(self, loop: PositionLoop) -> LoopSignals:
+        """Command, w and output without noise."""
         ...
 
 

@@ -6,23 +6,13 @@ The axis is that of the compiled batch simulator (`bayes_hw.model.kernel`), the 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
-from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
-
-
-class LoopSignals(NamedTuple):
-    """Command u, w and true output y = n(w) of every draw, each of shape (draws, samples)."""
-
-    u: FloatArray
-    w: FloatArray
-    y: FloatArray
+from bayes_hw.model.controller_kernel import STATES, LoopSignals, PositionLoop, next_command, start_at_rest
 
 
 def simulate_loop(
@@ -57,9 +47,9 @@ def simulate_loop(
     given = np.ascontiguousarray(reference, dtype=np.float64)
     added = np.zeros((0, 0)) if noise is None else np.ascontiguousarray(noise)
     start = np.broadcast_to(np.asarray(initial_position, dtype=np.float64), (axis.count,)).copy()
+    delay = ratio * controller.delay_samples
     if axis.effect is not None:
-        delay = ratio * controller.delay_samples
-        return LoopSignals(*axis.effect.simulate(numbers, sections, ratio, delay, given, added, start))
+        return axis.effect.simulate(PositionLoop(numbers, sections, ratio, delay, given, added, start))
     signals = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
     _simulate(
         np.ascontiguousarray(axis.real_poles),
@@ -67,7 +57,7 @@ def simulate_loop(
         np.ascontiguousarray(axis.pair_poles),
         np.ascontiguousarray(axis.pair_residues),
         axis.direct,
-        axis.delay_samples + ratio * controller.delay_samples,
+        axis.delay_samples + delay,
         np.stack([axis.lower, axis.upper, axis.half_width]),
         np.array(axis.gains),
         numbers,

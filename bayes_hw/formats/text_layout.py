@@ -78,7 +78,6 @@ class Layout:
     decimal: str
     names: tuple[str, ...]
     units: tuple[str, ...]
-    has_header: bool
     first_row: int
     columns: int
     step: float | None
@@ -204,7 +203,6 @@ def _layout(path: Path, encoding: str, lines: Sequence[str]) -> Layout:
         decimal,
         tuple(names) or tuple(str(j + 1) for j in range(columns)),
         units,
-        bool(names),
         first,
         columns,
         _stated_step(lines[:first]),

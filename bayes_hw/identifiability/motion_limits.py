@@ -36,12 +36,6 @@ class MotionLimits:
         """Whether all outputs stay within the stroke."""
         return bool(np.all(outputs >= self.lowest) and np.all(outputs <= self.highest))
 
-    def allow(self, u: FloatArray, sample_rate_hz: float) -> bool:
-        """Whether the command (samples,), from rest to rest, keeps to both limits (to rounding)."""
-        steps = np.abs(np.diff(u, prepend=0.0, append=0.0)) * sample_rate_hz
-        slack = 1 + 1e-9
-        return bool(np.max(np.abs(u)) <= self.velocity * slack and np.max(steps) <= self.acceleration * slack)
-
 
 def limits_for(
     records: Sequence[Record],

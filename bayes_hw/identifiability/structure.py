@@ -299,14 +299,14 @@ class Cancellation:
         }
 
 
-def near_cancellations(model: HammersteinWiener, limit: float = NEARLY) -> tuple[Cancellation, ...]:
-    """Groups of poles and zeros, each root used once, whose removal changes G by less than `limit`."""
+def near_cancellations(model: HammersteinWiener) -> tuple[Cancellation, ...]:
+    """Groups of poles and zeros, each root used once, whose removal changes G by less than NEARLY."""
     candidates = []
     for poles in _groups(model.linear.poles):
         for zeros in _groups(model.linear.zeros):
             if len(poles) == len(zeros):
                 change = largest_change(np.array(poles), np.array(zeros))
-                if change < limit:
+                if change < NEARLY:
                     candidates.append((len(poles), change, poles, zeros))
     found: list[Cancellation] = []
     used: set[tuple[str, complex]] = set()

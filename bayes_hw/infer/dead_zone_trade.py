@@ -15,7 +15,6 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.growth.slow_poles import FASTEST_SHARE, FEWEST_SAMPLES
 from bayes_hw.model.axis_parameters import AxisParameters
-from bayes_hw.model.modal import ResidueBatch
 from bayes_hw.model.parameters import as_coordinates
 from bayes_hw.record import Record
 
@@ -132,7 +131,7 @@ def _groups(axis: AxisParameters, mean: FloatArray, records: Sequence[Record]) -
 def _lag(axis: AxisParameters, draws: FloatArray, records: Sequence[Record]) -> tuple[float, float] | None:
     """What slow components of w come to under the root mean square of the commands that pass the limits."""
     batch = axis.linear_batch(draws.T)
-    assert isinstance(batch, ResidueBatch)
+    real_residues, pair_residues, _ = batch.residues()
     with np.errstate(divide="ignore", invalid="ignore"):
         speed = np.abs(np.log(batch.real_poles.mean(axis=1)))
         pair_speed = np.abs(np.log(batch.pair_poles.mean(axis=1)))
@@ -141,8 +140,8 @@ def _lag(axis: AxisParameters, draws: FloatArray, records: Sequence[Record]) -> 
     pairs = pair_speed < limit
     if not np.any(real) and not np.any(pairs):
         return None
-    steady = np.sum(batch.real_residues[real] / (1 - batch.real_poles[real]), axis=0)
-    steady = steady + 2 * np.sum((batch.pair_residues[pairs] / (1 - batch.pair_poles[pairs])).real, axis=0)
+    steady = np.sum(real_residues[real] / (1 - batch.real_poles[real]), axis=0)
+    steady = steady + 2 * np.sum((pair_residues[pairs] / (1 - batch.pair_poles[pairs])).real, axis=0)
     lower, upper = draws[:, 0].mean(), draws[:, 1].mean()
     passed = np.concatenate([np.clip(record.u, lower, upper) for record in records])
     usual = float(np.sqrt(np.mean(passed**2)))

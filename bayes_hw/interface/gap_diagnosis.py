@@ -32,7 +32,6 @@ from bayes_hw.simulators.simulator_diagnosis import (
     full_simulator,
     open_simulator,
     simulator_case,
-    write_corrected_simulator,
 )
 from bayes_hw.simulators.simulator_file import SimulatorFile
 from bayes_hw.time_budget import SEARCH_S
@@ -89,7 +88,7 @@ class GapDiagnosis:
         if self.simulator is not None:
             assert isinstance(self.diagnosis, diagnosis.Diagnosis)
             rng = np.random.default_rng(CORRECTED_SEED)
-            write_corrected_simulator(self.simulator, self.diagnosis, Path(folder) / CORRECTED, rng)
+            self.simulator.write_corrected(self.diagnosis, Path(folder) / CORRECTED, rng)
 
 
 MODEL_FILES = (".json", ".mat")

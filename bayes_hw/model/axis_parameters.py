@@ -15,7 +15,7 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.initial_state import InitialStates
 from bayes_hw.model.kernel import AT_REST, KnownSignals
 from bayes_hw.model.known_input import TORQUE
-from bayes_hw.model.linear import INTEGRATOR_RADIUS, LinearBlock, Mode
+from bayes_hw.model.linear import INTEGRATOR_RADIUS, Mode
 from bayes_hw.model.modal import (
     LinearBatch,
     ModalForm,
@@ -40,7 +40,6 @@ from bayes_hw.model.priors import (
 )
 from bayes_hw.model.residues import (
     NEGLIGIBLE,
-    block_of_residues,
     nested_residues,
     nested_weights,
     residues_at,
@@ -286,16 +285,12 @@ class AxisParameters:
         batch = self.linear_batch(values[:, None])
         pairs, delay = batch.pair_poles[:, 0], self.model.linear.delay_samples
         poles = np.concatenate([batch.real_poles[:, 0], pairs, pairs.conj()]).astype(np.complex128)
-        if isinstance(batch, LinearBatch):
-            linear = LinearBlock(batch.zeros[:, 0], poles, float(batch.gain[0]), delay)
-        else:
-            linear = block_of_residues(batch, poles, delay)
         rate, n_modes = self.model.sample_rate_hz, len(self.model.dominant_modes)
         return replace(
             self.model,
             saturation=replace(self.model.saturation, lower=float(values[0]), upper=float(values[1])),
             dead_zone=replace(self.model.dead_zone, half_width=float(values[2])),
-            linear=linear,
+            linear=batch.block(poles, delay),
             dominant_modes=tuple(Mode.from_pole(complex(pole), rate) for pole in pairs[:n_modes]),
             known=tuple(
                 one.with_coefficients(values[rows])

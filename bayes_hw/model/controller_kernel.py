@@ -1,4 +1,4 @@
-"""One sample of the controller of `bayes_hw.control.controller`, for every compiled loop.
+"""A position loop around an axis, and one sample of its controller (`bayes_hw.control.controller`).
 
 `numbers` (8,) are Kp, Ki T, Kd / (Tf + T), Tf / (Tf + T), the limits of the command, the most that it changes
 a sample and the share of back-calculation; `sections` (n, 5) the filters' b0, b1, b2, a1, a2, with a state of
@@ -8,10 +8,46 @@ command of the sample before.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
 from numba import njit
+
+from bayes_hw.arrays import FloatArray, IntArray
 
 BEFORE, DERIVATIVE, MEMORY, COMMAND = range(4)
 STATES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class PositionLoop:
+    """A controller around draws of an axis: it acts on every `ratio`-th sample, its command `delay` samples
+    late beside G's own delay.
+
+    `numbers` and `sections` are the controller's, as above, `reference` (samples,) in output units, `noise`
+    (draws, samples) or empty is added to what it measures, `start` (draws,) is where the axis rests.
+    """
+
+    numbers: FloatArray
+    sections: FloatArray
+    ratio: int
+    delay: int
+    reference: FloatArray
+    noise: FloatArray
+    start: FloatArray
+
+    def take(self, index: IntArray) -> PositionLoop:
+        """Around the draws of the given indices."""
+        noise = self.noise[index] if self.noise.size else self.noise
+        return replace(self, noise=noise, start=self.start[index])
+
+
+class LoopSignals(NamedTuple):
+    """Command u, w and true output y = n(w) of every draw, each of shape (draws, samples)."""
+
+    u: FloatArray
+    w: FloatArray
+    y: FloatArray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -26,6 +26,7 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.model.block_of_fractions import block_of_fractions
 from bayes_hw.model.lanes import LANES, broadcast, filled_up, load, store
 from bayes_hw.model.linear import LinearBlock
 
@@ -181,6 +182,10 @@ class LinearBatch:
             response = response / (z - pole[:, None])
         return np.asarray(response, dtype=np.complex128)
 
+    def block(self, poles: ComplexArray, delay_samples: int) -> LinearBlock:
+        """The block of one column, its `poles` with their conjugates at the end."""
+        return LinearBlock(self.zeros[:, 0], poles, float(self.gain[0]), delay_samples)
+
 
 @dataclass(frozen=True, eq=False)
 class ResidueBatch:
@@ -219,6 +224,15 @@ class ResidueBatch:
         for pole, residue in zip(poles, residues, strict=True):
             response += residue[:, None] / (z - pole[:, None])
         return np.asarray(response * z ** (-delay_samples), dtype=np.complex128)
+
+    def block(self, poles: ComplexArray, delay_samples: int) -> LinearBlock:
+        """The block of one column: `poles` are the real ones, then the pairs, then the conjugates."""
+        residues, count = self.pair_residues[:, 0], len(self.real_residues)
+        real = np.stack([poles[:count].real, self.real_residues[:, 0]])
+        pairs = poles[count : count + len(residues)]
+        over = np.stack([residues.real, -np.real(residues * pairs.conj())])
+        sections = 2 * np.stack([pairs.real, np.abs(pairs) ** 2 / 2, *over])
+        return block_of_fractions(real, sections, float(self.direct[0]), poles, delay_samples)
 
 
 def numerator_coefficient(linear: LinearBatch | ResidueBatch, drop: int) -> FloatArray:

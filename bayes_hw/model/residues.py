@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.model.block_of_fractions import block_of_fractions
-from bayes_hw.model.linear import LinearBlock
-from bayes_hw.model.modal import LinearBatch, ResidueBatch
+from bayes_hw.model.modal import LinearBatch
 
 NEGLIGIBLE = 1e-10
 """Residues this small beside the largest are rounding errors."""
@@ -42,14 +40,3 @@ def residues_at(
     real_order = [int(np.argmin(np.abs(batch.real_poles[:, 0] - pole))) for pole in real_poles]
     pair_order = [int(np.argmin(np.abs(batch.pair_poles[:, 0] - pole))) for pole in pair_poles]
     return real[real_order, 0], pairs[pair_order, 0], direct
-
-
-def block_of_residues(batch: ResidueBatch, poles: ComplexArray, delay_samples: int) -> LinearBlock:
-    """The block of one column of residues: those of real poles, then of pairs, in the order of `poles`, which
-    the conjugates end."""
-    residues, count = batch.pair_residues[:, 0], len(batch.real_residues)
-    real = np.stack([poles[:count].real, batch.real_residues[:, 0]])
-    pairs = poles[count : count + len(residues)]
-    over = np.stack([residues.real, -np.real(residues * pairs.conj())])
-    sections = 2 * np.stack([pairs.real, np.abs(pairs) ** 2 / 2, *over])
-    return block_of_fractions(real, sections, float(batch.direct[0]), poles, delay_samples)

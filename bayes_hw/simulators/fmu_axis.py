@@ -23,6 +23,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import Force, command_of
+from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
@@ -302,6 +303,12 @@ class FmuAxis(SteppedAxis):
                 self.named(values), inputs, [self.output], self.substeps, self.step_s, doors, laws, known
             ).T
         return np.asarray((y - y[0]) * self.declaration.output_factor)
+
+    def write_corrected(self, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator) -> None:
+        """See `corrected_fmu`."""
+        from bayes_hw.simulators.corrected_fmu import write_corrected
+
+        write_corrected(self, diagnosis, folder, rng)
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Outputs (batch, samples) for values (batch, parameters) and inputs as `LinearAxis` takes them."""

@@ -96,4 +96,5 @@ def forces_of(laws, motion, last, start, before, bristles, h, forces):  # type: 
         x = motion[at, 0] - start[at, 0]
         before[i], bristles[i] = law_force(laws[i], x, free, bristles[i], h)
         forces[door] += before[i]
-    last[:] = motion
+    for i in range(len(motion)):
+        last[i, 0], last[i, 1] = motion[i, 0], motion[i, 1]

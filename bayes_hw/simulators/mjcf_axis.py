@@ -16,6 +16,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator import Force, command_of
+from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.model.priors import Logarithm, LogNormal
@@ -377,6 +378,12 @@ class MjcfAxis(SteppedAxis):
             known,
         )
         return np.asarray((y - y[0]) * self.declaration.output_factor)
+
+    def write_corrected(self, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator) -> None:
+        """See `corrected_mjcf`."""
+        from bayes_hw.simulators.corrected_mjcf import write_corrected
+
+        write_corrected(self, diagnosis, folder, rng)
 
     def simulate(self, values: FloatArray, inputs: FloatArray, force: Force | None = None) -> FloatArray:
         """Outputs (batch, samples) for values (batch, parameters) and inputs as `LinearAxis` takes them."""

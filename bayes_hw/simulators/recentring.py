@@ -81,18 +81,10 @@ class RecentredHypothesis(Hypothesis):
         key = at.tobytes() + command.tobytes() + bytes([drift]) + "+".join(bare.labels).encode()
         found = self.offsets[key]
         if found is None:
-            fast, real = bare.plain(), bare.on_full(self.full)
+            fast, real = _plain(bare), _on_full(bare, self.full)
             (z,), (y,) = fast.simulate(at, [command], drift), real.simulate(at, [command], drift)
             self.offsets[key] = found = y - z
         return found
-
-    def plain(self) -> Hypothesis:
-        """The fast simulator alone."""
-        return Hypothesis(self.builder, self.scale, self.inputs, self.effects, unread=self.unread)
-
-    def on_full(self, full: Simulator) -> Hypothesis:
-        """The full simulator alone."""
-        return replace(self.plain(), builder=SimulatorBuilder(full))
 
 
 @dataclass(frozen=True)
@@ -185,12 +177,11 @@ class Recentring:
     def _finished(self, settled: Fit, measured: Sequence[FloatArray]) -> Fit:
         """Where the fast simulator's derivatives may not be those of the full one, fitted on by its own."""
         hypothesis = settled.hypothesis
-        assert isinstance(hypothesis, RecentredHypothesis)
-        alone = hypothesis.plain().simulate(settled.values)
+        alone = _plain(hypothesis).simulate(settled.values)
         moved = np.concatenate([a - b for a, b in zip(settled.simulated, alone, strict=True)])
         if np.std(moved) < NOTICED * hypothesis.scale.sigma:
             return settled
-        real = hypothesis.on_full(self.full)
+        real = _on_full(hypothesis, self.full)
         found = fit(real, measured, settled.coordinates, settled.whitener, FULL_ITERATIONS)
         if found.cost > settled.cost - SETTLED:
             return settled
@@ -199,6 +190,16 @@ class Recentring:
     def _at(self, like: Fit, at: FloatArray, measured: Sequence[FloatArray], noise: Whitener) -> Fit:
         """The hypothesis of a fit at coordinates `at`, centred there."""
         return fit(_centred(like.hypothesis, self.full, at), measured, at, noise, 0)
+
+
+def _plain(like: Hypothesis) -> Hypothesis:
+    """On the fast simulator alone."""
+    return Hypothesis(like.builder, like.scale, like.inputs, like.effects, unread=like.unread)
+
+
+def _on_full(like: Hypothesis, full: Simulator) -> Hypothesis:
+    """On the full simulator alone."""
+    return replace(_plain(like), builder=SimulatorBuilder(full))
 
 
 def _centred(like: Hypothesis, full: Simulator, at: FloatArray) -> RecentredHypothesis:

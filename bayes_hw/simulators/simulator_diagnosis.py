@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from bayes_hw.entrance import enter
 from bayes_hw.errors import InputError
 from bayes_hw.gap.case.simulator_case import SimulatorCase
-from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.simulate.parallel import Each
 from bayes_hw.posing import Origin, Start, rested
 from bayes_hw.record import Record
@@ -21,7 +18,7 @@ from bayes_hw.simulators.recentring import Recentring
 from bayes_hw.simulators.simulator_file import SimulatorFile
 
 if TYPE_CHECKING:
-    from bayes_hw.simulators.mjcf_axis import MjcfAxis
+    pass
 
 MODELS = (".xml", ".mjcf", ".urdf")
 CORRECTED = "corrected"
@@ -81,20 +78,3 @@ def simulator_case(
 def full_simulator(axis: SimulatorFile, jobs: int = 1) -> Recentring:
     """The simulator itself, behind its linear stand-in, as `bayes_hw.gap.diagnosis.diagnose` takes it."""
     return Recentring(axis, Each(jobs))
-
-
-def write_corrected_simulator(
-    axis: SimulatorFile, diagnosis: Diagnosis, folder: Path, rng: np.random.Generator
-) -> None:
-    """The simulator with the answer's effects, to a folder of its own; see `corrected_mjcf` and
-    `corrected_fmu`."""
-    from bayes_hw.simulators.fmu_axis import FmuAxis
-
-    if isinstance(axis, FmuAxis):
-        from bayes_hw.simulators import corrected_fmu
-
-        corrected_fmu.write_corrected(axis, diagnosis, folder, rng)
-    else:
-        from bayes_hw.simulators import corrected_mjcf
-
-        corrected_mjcf.write_corrected(cast("MjcfAxis", axis), diagnosis, folder, rng)

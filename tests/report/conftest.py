@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from bayes_hw.report.page import equations
+from bayes_hw.report.page import drawing, equations
 from bayes_hw.report.page.document import (
     Badge,
     Bullets,
@@ -50,6 +50,12 @@ def report_of() -> Callable[[str], Report]:
         return Report(text, text, text, badges, figure, (Section(text, blocks), Section("end", ())))
 
     return build
+
+
+@pytest.fixture
+def wide_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is drawn for a telephone, where another test draws the same figure for one."""
+    monkeypatch.setattr(drawing, "narrow_svg", lambda _: None)
 
 
 @pytest.fixture

@@ -29,6 +29,7 @@ def outside(panel):
 
 
 @pytest.mark.parametrize("draw", [ecdf_differences, rank_histograms])
+@pytest.mark.usefixtures("wide_only")
 def test_curve_outside_its_band_is_coloured_and_named(panel, draw):
     quiet, loud = draw([panel], "here"), draw([panel, outside(panel)], "here")
     assert VERMILLION.lower() not in quiet.svg.lower()

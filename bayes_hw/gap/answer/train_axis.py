@@ -3,9 +3,9 @@ its linear part, and the answer's effects in a position loop."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,12 +17,13 @@ from bayes_hw.gap.answer.axis_with_effects import (
     posterior_of_draws,
     said_in,
 )
-from bayes_hw.gap.answer.corrected_train import hypothesis_of
+from bayes_hw.gap.answer.corrected_train import KEY, hypothesis_of
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate.chain import Chain
-from bayes_hw.gap.simulate.chain_batch import PositionLoop, simulate_loops
-from bayes_hw.gap.simulate.chain_builder import ChainBuilder
+from bayes_hw.gap.simulate.chain_batch import simulate_loops
 from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.controller_kernel import LoopSignals, PositionLoop
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,21 +37,10 @@ class TrainLoop:
         """The draws of the given indices."""
         return TrainLoop(self.hypothesis, self.values[index])
 
-    def simulate(
-        self,
-        numbers: FloatArray,
-        sections: FloatArray,
-        ratio: int,
-        delay: int,
-        reference: FloatArray,
-        noise: FloatArray,
-        start: FloatArray,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Command, w and output without noise, (draws, samples); see `bayes_hw.control.simulator`."""
+    def simulate(self, loop: PositionLoop) -> LoopSignals:
+        """Command, w and output without noise."""
         chains, settings = self.hypothesis.axes(self.values)
-        loop = PositionLoop(numbers, sections, ratio, delay, reference, noise, start)
-        u, w, y = simulate_loops([c for c in chains if isinstance(c, Chain)], settings, loop)
-        return u.T, w.T, y.T
+        return simulate_loops(cast(Sequence[Chain], chains), settings, loop)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +56,7 @@ class TrainAxis(AxisWithEffects):
     def of(cls, data: Mapping[str, Any]) -> TrainAxis:
         """Of the content of corrected.json. Raises InputError where it is not what diagnose writes."""
         hypothesis, values, draws = hypothesis_of(data, np.zeros(1))
-        builder = hypothesis.builder
-        assert isinstance(builder, ChainBuilder)
-        nominal, count = builder.model, hypothesis.base_count
+        nominal, count = HammersteinWiener.from_dict(data[KEY]["nominal"]), hypothesis.base_count
         name, sigma = str(data.get("name", nominal.name)), float(data["noise"]["sigma"])
         axis = AxisParameters(replace(nominal, name=name, noise_sigma=sigma))
         posterior = posterior_of_draws(axis, sigma, draws[:, :count], values[:count], commanded_in(data))

@@ -168,15 +168,16 @@ class OpenCase:
 
 
 def write_open_case(
-    folder: Path, seed: int, labels: tuple[str, ...], *, kind: str = "easy", duration_s: float | None = None
+    folder: Path, seed: int, labels: tuple[str, ...], *, duration_s: float | None = None
 ) -> OpenCase:
-    """Write case.json, model.json and records of a plant with these faults, and its truth as truth.json.
+    """Write case.json, model.json, records of an easy plant with these faults, and its truth as truth.json.
 
-    The records last `duration_s` each, or as long as the kind of case has them. Same arguments, same files.
+    The records last `duration_s` each, or as long as easy cases have them. Same arguments, same files.
     Raises UnreachableGapError where no axis that is drawn can show the faults.
     """
-    durations = KINDS[kind].durations_s if duration_s is None else (duration_s,)
-    case = make_case(seed, 0, replace(KINDS[kind], durations_s=durations), labels)
+    easy = KINDS["easy"]
+    durations = easy.durations_s if duration_s is None else (duration_s,)
+    case = make_case(seed, 0, replace(easy, durations_s=durations), labels)
     write_case(case, folder)
     write_json(folder / "truth.json", case.truth)
     truth = case.truth

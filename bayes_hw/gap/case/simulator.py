@@ -100,6 +100,11 @@ class SimulatorWithDoors(Simulator, Protocol):
     def stiffness(self) -> tuple[float, float]: ...
 
 
+def with_doors(simulator: Simulator) -> SimulatorWithDoors | None:
+    """Itself, if it has a drive train."""
+    return simulator if isinstance(simulator, SimulatorWithDoors) else None
+
+
 Respond = Callable[..., FloatArray]
 """function(values, inputs), or function(values, inputs, force) of a simulator with a force door."""
 

@@ -36,7 +36,6 @@ from bayes_hw.gap.criticism.negative_log_p import chi_squared_negative_log_p
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.noise.glitches import find_glitches
 from bayes_hw.gap.noise.random_cause import ROUNDING
-from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.whitener import bridged_records, fit_autoregression, no_glitches
 
 FLEXIBLE_ORDER = 16
@@ -100,8 +99,9 @@ def residual_diagnostics(
     drifts = explanation.drifts
     more = shapes_that_only_tell(moved) | (shapes_of_memories(moved, rate) if drifts else {})
     shown = responses_of_blocks(moved, chain, more)
-    if drifts and isinstance(fit.whitener, StateNoise):
-        functions = free_functions_with_free_variance(shown, residuals, fit, fit.whitener)
+    slow = fit.whitener.with_states
+    if drifts and slow is not None:
+        functions = free_functions_with_free_variance(shown, residuals, fit, slow)
     else:
         functions = free_functions(shown, residuals, fit.jacobians, fit.whitener)
     found += [
@@ -113,8 +113,8 @@ def residual_diagnostics(
             found.append(_tails(white, sigma))
     if stated_sigma > 0 and explanation.display is None and not explanation.cannot_be_predicted:
         found.append(_unstated_noise(sigma, stated_sigma))
-    if stochastic is not None and stochastic.size is not None and isinstance(fit.whitener, StateNoise):
-        uneven = unevenness(fit.whitener, residuals, regimes_of(moved, rate))
+    if stochastic is not None and stochastic.size is not None and slow is not None:
+        uneven = unevenness(slow, residuals, regimes_of(moved, rate))
         found.append(
             (f"{GUSTS} {uneven.regime}".strip(), uneven.negative_log_p, stochastic.size**2 * uneven.share)
         )

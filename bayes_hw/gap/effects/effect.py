@@ -62,6 +62,11 @@ class Effect(ABC):
         """Parameters at which the effect is next to nothing: `test_values` with the first, its size, tiny."""
         return (1e-9, *self.test_values[1:])
 
+    @property
+    def periodic(self) -> PeriodicEffect | None:
+        """Itself, if it is a sine of the axis position."""
+        return None
+
     def resonator(self, values: FloatArray) -> Resonator | None:
         """The resonator that the effect hangs on the load, if it does."""
         return None
@@ -97,6 +102,10 @@ class PeriodicEffect(Effect):
     door: ClassVar[InjectionPoint]
     only_saturated: ClassVar[bool] = False
 
+    @property
+    def periodic(self) -> PeriodicEffect:
+        return self
+
     def write_wave(self, first: int, values: FloatArray, settings: FloatArray) -> None:
         """Write the wave of `values` into `settings` from row `first` on (`bayes_hw.gap.simulate.settings`).
 
@@ -119,4 +128,4 @@ class PeriodicEffect(Effect):
 
 def everywhere_periodic(effects: Iterable[Effect]) -> list[Effect]:
     """Those periodic in the position, whatever the command does."""
-    return [e for e in effects if isinstance(e, PeriodicEffect) and not e.only_saturated]
+    return [e for e in (effect.periodic for effect in effects) if e is not None and not e.only_saturated]

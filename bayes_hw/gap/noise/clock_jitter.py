@@ -24,8 +24,8 @@ from bayes_hw.gap.noise.noise_kernel import jitter_filter, untimely_variance
 from bayes_hw.gap.noise.random_cause import JITTER
 from bayes_hw.gap.noise.spectra import LARGEST_NOISE_CORRELATION
 from bayes_hw.gap.noise.state_noise import CURVATURE_STEP, StateNoise, View
-from bayes_hw.gap.noise.stochastic_fit import StochasticFit
-from bayes_hw.gap.noise.whitener import LOG_2PI, Homogeneous, fit_autoregression, no_glitches
+from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
+from bayes_hw.gap.noise.whitener import LOG_2PI, Homogeneous
 from bayes_hw.gap.simulate.columns import square_sums
 
 CLOCK_SD = "timing_jitter.clock_sd"
@@ -112,7 +112,7 @@ class Untimely:
 
 def clock_jitter(fit: Misfit) -> StochasticFit | None:
     """First-order noise and samples off their instants, None without motion."""
-    noise = fit_autoregression(fit.residuals, no_glitches(fit.residuals), 1, fit.unread)
+    noise = autoregression(fit)
     untimely = Untimely.of(fit)
     if untimely.power == 0:
         return None

@@ -82,6 +82,10 @@ class StateNoise(Homogeneous):
     def correlation(self) -> float:
         return float(self.transition[-1, -1])
 
+    @property
+    def with_states(self) -> StateNoise:
+        return self
+
     def with_encoder(self, sigma: float) -> StateNoise:
         """The same with the encoder's own noise of standard deviation `sigma`, its correlation kept."""
         increment, initial = self.increment.copy(), self.initial.copy()

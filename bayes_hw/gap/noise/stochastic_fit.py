@@ -113,6 +113,6 @@ class StochasticFit:
         return replace(self, form=forms, parameters={**self.parameters, **parameters}, beside=label)
 
 
-def autoregression(fit: Misfit, order: int = NOISE_ORDER) -> Autoregression:
+def autoregression(fit: Misfit) -> Autoregression:
     """Autoregressive noise of the fit's residuals, no glitches masked."""
-    return fit_autoregression(fit.residuals, no_glitches(fit.residuals), order, fit.unread)
+    return fit_autoregression(fit.residuals, no_glitches(fit.residuals), NOISE_ORDER, fit.unread)

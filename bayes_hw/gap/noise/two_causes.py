@@ -72,14 +72,14 @@ def both(slow: SlowNoise, find_second: FindSecond) -> SlowNoise:
             return None
         for _ in range(second.rounds):
             alone = slow(second.misfit, start, second.variances)
-            if alone is None or not isinstance(alone.whitener, StateNoise):
+            if alone is None or (noise := alone.whitener.with_states) is None:
                 return None
-            start, second = alone.point, second.beside(alone.whitener)
+            start, second = alone.point, second.beside(noise)
         alone = slow(second.misfit, start, second.variances)
-        if alone is None or not isinstance(alone.whitener, StateNoise):
+        if alone is None or (noise := alone.whitener.with_states) is None:
             return None
         total = alone.log_likelihood + second.log_likelihood
-        whitener = replace(alone.whitener, log_likelihood=total)
+        whitener = replace(noise, log_likelihood=total)
         held = replace(alone, whitener=whitener, log_likelihood=total)
         return held.with_second(second.label, second.form, second.parameters)
 

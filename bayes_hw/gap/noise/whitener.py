@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from bayes_hw.gap.noise.noise_kernel import bridged_over, innovations
 from bayes_hw.gap.simulate.columns import blank, count_true, scaled, square_sums
 from bayes_hw.identify.holes import whitened_over_holes
 from bayes_hw.identify.noise import estimate_noise
+
+if TYPE_CHECKING:
+    from bayes_hw.gap.noise.state_noise import StateNoise
 
 LOG_2PI = float(np.log(2 * np.pi))
 
@@ -69,6 +72,11 @@ class Whitener(Protocol):
         """Power a sample of the encoder's own noise (frequencies,), output units squared."""
         ...
 
+    @property
+    def with_states(self) -> StateNoise | None:
+        """Itself, if it is a disturbance with states beside the encoder's own noise."""
+        ...
+
 
 class Homogeneous:
     """The answers of noise that is the same in every sample, and white as far as it is the encoder's own."""
@@ -88,6 +96,10 @@ class Homogeneous:
 
     def power(self: Whitener, turns_a_sample: FloatArray) -> FloatArray:
         return np.full(len(turns_a_sample), self.sigma**2)
+
+    @property
+    def with_states(self) -> StateNoise | None:
+        return None
 
 
 @dataclass(frozen=True)

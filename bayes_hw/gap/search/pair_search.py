@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from bayes_hw.gap.effects.effect import Effect, PeriodicEffect, everywhere_periodic
+from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
@@ -91,7 +91,7 @@ class PairSearch:
             if candidate.effect.label in host.hypothesis.labels:
                 return []
             found = screen.tried(candidate.effect, [candidate.values])
-            if isinstance(candidate.effect, PeriodicEffect):
+            if candidate.effect.periodic is not None:
                 found += screen.candidates(candidate.effect)
             return found
 

@@ -124,14 +124,11 @@ class Screen:
 
         Periods are scanned `finely` down to what the samples can follow, otherwise to a share of the travel.
         """
-        found = (
-            self._scanned(effect, finely)
-            if isinstance(effect, PeriodicEffect)
-            else self.tried(
-                effect,
-                [*effect.starts(self.base.hypothesis.scale), *effect.starts_at(self.lines_hz)],
-            )
-        )
+        if effect.periodic is not None:
+            found = self._scanned(effect.periodic, finely)
+        else:
+            starts = [*effect.starts(self.base.hypothesis.scale), *effect.starts_at(self.lines_hz)]
+            found = self.tried(effect, starts)
         return sorted(found, key=lambda candidate: -candidate.reduction)
 
     @cached_property

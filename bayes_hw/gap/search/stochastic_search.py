@@ -16,7 +16,6 @@ from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.kinds import ONE_CAUSE, TWO_CAUSES, FitNoise
 from bayes_hw.gap.noise.random_cause import JITTER, ROUNDING
 from bayes_hw.gap.noise.rounding import lattice_step, quantization
-from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.screen import Screen, best_forms
@@ -210,9 +209,10 @@ class StochasticSearch:
 
 def _likeliest(fits: Sequence[Fit], noise: Whitener) -> list[Fit]:
     """Those of `fits` whose residuals slow `noise` of another fit suits best; all, for other noise."""
-    if not isinstance(noise, StateNoise):
+    slow = noise.with_states
+    if slow is None:
         return list(fits)
-    return sorted(fits, key=lambda f: -noise.fitted_to(f.residuals).log_likelihood)[:FITTED_WITH_NOISE]
+    return sorted(fits, key=lambda f: -slow.fitted_to(f.residuals).log_likelihood)[:FITTED_WITH_NOISE]
 
 
 def _again(kind: FitNoise, found: StochasticFit, host: Fit) -> StochasticFit | None:

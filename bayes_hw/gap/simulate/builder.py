@@ -90,6 +90,11 @@ class Builder(Protocol):
         ...
 
     @property
+    def said_of_structure(self) -> str:
+        """In words what of the base model was not questioned."""
+        ...
+
+    @property
     def base_parameters(self) -> tuple[Parameter, ...]: ...
 
     @property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +16,7 @@ from bayes_hw.gap.simulate.chain import Chain
 from bayes_hw.gap.simulate.chain_kernel import simulate_lanes
 from bayes_hw.gap.simulate.columns import part
 from bayes_hw.gap.simulate.path import states
+from bayes_hw.model.controller_kernel import LoopSignals, PositionLoop
 from bayes_hw.model.lanes import padded_to_lanes
 
 
@@ -72,29 +72,6 @@ class ChainSignals(NamedTuple):
     y: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class PositionLoop:
-    """A controller around chains, as `bayes_hw.model.controller_kernel` takes it: it acts on every `ratio`-th
-    sample, its command `delay` samples late beside G's own delay.
-
-    `numbers` and `sections` (n, 5) are the controller's, `reference` (samples,) in output units, `noise`
-    (chains, samples) or empty is added to what it measures, `start` (chains,) is where the axis rests.
-    """
-
-    numbers: FloatArray
-    sections: FloatArray
-    ratio: int
-    delay: int
-    reference: FloatArray
-    noise: FloatArray
-    start: FloatArray
-
-    def take(self, index: IntArray) -> PositionLoop:
-        """Of the chains of the given indices."""
-        noise = self.noise[index] if self.noise.size else self.noise
-        return replace(self, noise=noise, start=self.start[index])
-
-
 class LoopInLanes(NamedTuple):
     """A position loop around every lane, as `simulate_lanes` takes it.
 
@@ -119,14 +96,6 @@ OPEN = LoopInLanes(_NONE, _TABLE, 1, _COUNTS, _NONE, _TABLE, _COUNTS, _TABLE, _T
 """No loop: the commands are given. The same type, so that one kernel is compiled for both."""
 
 
-class LoopSignals(NamedTuple):
-    """Command, w and y (samples, chains) in a position loop."""
-
-    u: FloatArray
-    w: FloatArray
-    y: FloatArray
-
-
 def simulate_loops(chains: Sequence[Chain], settings: FloatArray, loop: PositionLoop) -> LoopSignals:
     """Every chain with its row of `settings` (chains, COUNT) in a position loop.
 
@@ -137,13 +106,13 @@ def simulate_loops(chains: Sequence[Chain], settings: FloatArray, loop: Position
     if late == 0 and any(chain.direct != 0 for chain in chains):
         raise InputError("linear: G answers a command in the same sample; no position loop can be closed")
     shape = (len(loop.reference), len(chains))
-    found = LoopSignals(np.empty(shape), np.empty(shape), np.empty(shape))
+    found = [np.empty(shape) for _ in LoopSignals._fields]
     for some in _alike(chains, active):
         alike = [chains[i] for i in some]
         signals = _loops_alike(alike, settings[some], active[some[0]], loop.take(some))
         for whole, part_of_it in zip(found, signals, strict=True):
             whole[:, some] = part_of_it
-    return found
+    return LoopSignals(*(signal.T for signal in found))
 
 
 def _alike(chains: Sequence[Chain], active: BoolArray) -> list[IntArray]:
@@ -230,8 +199,8 @@ def _simulate_alike(
 
 def _loops_alike(
     chains: Sequence[Chain], settings: FloatArray, active: BoolArray, loop: PositionLoop
-) -> LoopSignals:
-    """`simulate_loops` for chains of one structure with the same settings active."""
+) -> list[FloatArray]:
+    """Command, w and output (samples, chains) of chains of one structure with the same settings active."""
     rate, count, samples = chains[0].rate, len(chains), len(loop.reference)
     columns = padded_to_lanes(count)
     lanes = lanes_of(count, 1, columns)
@@ -242,7 +211,7 @@ def _loops_alike(
     start = np.ascontiguousarray(loop.start[lanes])
     states_at_rest = np.zeros(outputs.shape[1:])
     states_at_rest[at] = start / outputs[0, at]
-    signals = LoopSignals(*(np.zeros((samples, columns)) for _ in range(3)))
+    u, w, y = (np.zeros((samples, columns)) for _ in range(3))
     simulate_lanes(
         silence(samples, columns),
         rate,
@@ -253,8 +222,8 @@ def _loops_alike(
         0.0,
         np.zeros((0, columns)),
         np.zeros(0),
-        signals.w,
-        signals.y,
+        w,
+        y,
         LoopInLanes(
             loop.numbers,
             loop.sections,
@@ -265,10 +234,10 @@ def _loops_alike(
             lanes,
             states_at_rest,
             start[None],
-            signals.u,
+            u,
         ),
     )
-    return LoopSignals(*(part(signal, 0, count) for signal in signals))
+    return [part(signal, 0, count) for signal in (u, w, y)]
 
 
 def _whole_delays(chains: Sequence[Chain], settings: FloatArray) -> tuple[FloatArray, IntArray]:

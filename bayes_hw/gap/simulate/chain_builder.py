@@ -52,13 +52,21 @@ class ChainBuilder:
         self.nominal_of_g = tuple(self.axis.nominal[STATIC_COUNT:].tolist())
         system = self._linear(self.nominal_of_g)[0]
         self.stated = None if model.physical is None else PhysicalTrain.of(model.physical, system)
-        read = None if self.stated is not None else realise(system, model.sample_rate_hz)
-        self.reference: DriveTrain | PhysicalTrain | None = self.stated or read
+        self._read = None if self.stated is not None else realise(system, model.sample_rate_hz)
+        self.reference: DriveTrain | PhysicalTrain | None = self.stated or self._read
 
         nominal = self.axis.nominal[None]
         unscaled = self._speed_of_unit_gain(nominal)
         self.gain_row = GAIN if np.isfinite(unscaled[0]) and unscaled[0] != 0 else None
         self._nominal_speed_of_unit_gain = unscaled
+
+    @property
+    def said_of_structure(self) -> str:
+        """What of the base model was not questioned."""
+        return (
+            "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
+            "taken as given; only its parameters were estimated again."
+        )
 
     @property
     def said_of_torques(self) -> tuple[str, ...]:
@@ -151,8 +159,8 @@ class ChainBuilder:
         known = self._trains[of_g]
         if known is None:
             found: DriveTrain | PhysicalTrain | None = self.stated
-            if isinstance(self.reference, DriveTrain):
-                found = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self.reference)
+            if self._read is not None:
+                found = realise(self._linear(of_g)[0], self.model.sample_rate_hz, self._read)
             known = self._trains[of_g] = found or UnknownTrain()
         return known
 

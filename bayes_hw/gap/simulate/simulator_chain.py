@@ -20,10 +20,10 @@ from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import (
     Force,
     Simulator,
-    SimulatorWithDoors,
     command_of,
     known_inputs,
     with_command,
+    with_doors,
 )
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Followed, KnownPositions, Signals
@@ -71,8 +71,8 @@ COMMANDS = sorted(S.COMMAND_SIDE)
 
 def inner_settings(simulator: Simulator) -> frozenset[int]:
     """Settings of the forces that a simulator takes within it."""
-    if isinstance(simulator, SimulatorWithDoors):
-        return simulator.obeyed
+    if (axis := with_doors(simulator)) is not None:
+        return axis.obeyed
     return S.FORCE_SIDE if simulator.force_door else frozenset()
 
 
@@ -171,6 +171,20 @@ class SimulatorBuilder:
                     "LogNormal prior with Logarithm"
                 )
 
+    @property
+    def said_of_structure(self) -> str:
+        """What of the simulator was not questioned."""
+        if with_doors(self.simulator) is not None:
+            return (
+                "The simulator's structure was taken as given; only the parameters declared uncertain were "
+                "estimated again. Effects were sought on the simulator linearised about its rest, before it, "
+                "behind it and where forces may enter; what was found was fitted to the simulator itself."
+            )
+        return (
+            "The simulator's structure was taken as given; only its parameters were estimated again. Effects "
+            "were tried before it, behind it and, where it takes forces, as forces: not within it."
+        )
+
     @cached_property
     def start_spreads(self) -> FloatArray:
         """Those of the priors."""
@@ -239,10 +253,8 @@ def simulator_scale(simulator: Simulator, records: Sequence[Record], sigma: floa
             f"simulator {simulator.name}: the command is zero or the output constant throughout; give "
             "records that move"
         )
-    usual = USUAL_FORCE_SHARE * speed**2 / deviation
-    stiffness = (usual / (4 * sigma), usual / sigma)
-    if isinstance(simulator, SimulatorWithDoors):
-        stiffness = simulator.stiffness
+    usual, axis = USUAL_FORCE_SHARE * speed**2 / deviation, with_doors(simulator)
+    stiffness = (usual / (4 * sigma), usual / sigma) if axis is None else axis.stiffness
     return AxisScale(
         rate=simulator.sample_rate_hz,
         duration=max(record.duration_s for record in records),

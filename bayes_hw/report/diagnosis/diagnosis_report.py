@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.gap.case.simulator import SimulatorWithDoors
-from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.effects.words import BLOCK_WORDS, label_words
 from bayes_hw.provenance import Provenance
@@ -195,7 +193,7 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
         f"Other motions: the explained share was measured on {held} record{'s' * (held != 1)} held out; it "
         "holds for commands like these.",
         "Three or more effects at once: singles and pairs were fitted.",
-        _structure(diagnosis),
+        diagnosis.attribution.base.fit.hypothesis.builder.said_of_structure,
         "The probabilities are less sure than the evidences alone would make them, and were held against "
         "simulated cases only; a real axis can be less sure still.",
         "The intervals take the noise's own parameters as estimated.",
@@ -206,21 +204,3 @@ def _limits_section(diagnosis: Diagnosis) -> Section:
             "root mean square) is called neither a second effect nor “other”."
         )
     return Section("What was not checked", (Bullets(tuple(items)),), folded=True)
-
-
-def _structure(diagnosis: Diagnosis) -> str:
-    if isinstance(diagnosis.case, SimulatorCase) and isinstance(diagnosis.case.model, SimulatorWithDoors):
-        return (
-            "The simulator's structure was taken as given; only the parameters declared uncertain were "
-            "estimated again. Effects were sought on the simulator linearised about its rest, before it, "
-            "behind it and where forces may enter; what was found was fitted to the simulator itself."
-        )
-    if isinstance(diagnosis.case, SimulatorCase):
-        return (
-            "The simulator's structure was taken as given; only its parameters were estimated again. Effects "
-            "were tried before it, behind it and, where it takes forces, as forces: not within it."
-        )
-    return (
-        "The structure of the base model (order and delay of G, roots other than the dominant modes) was "
-        "taken as given; only its parameters were estimated again."
-    )

@@ -13,9 +13,7 @@ from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.answer.effect_view import effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID
-from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
-from bayes_hw.gap.joint.noise.slow_noise import SlowWhitener
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
@@ -55,7 +53,7 @@ class JointPage:
             with_holes(r.y - fit.response.along(fit.values, number).y, r.measured)
             for number, r in enumerate(train)
         ]
-        fitted = len(whitener.at) if isinstance(whitener, SlowWhitener) else order
+        fitted = order if fit.slow is None else len(fit.slow.at)
         return examine_residuals(train, residuals, whitener.coefficients[order, :order], fitted)
 
     @cached_property
@@ -106,17 +104,13 @@ def _subtitle(diagnosis: JointDiagnosis) -> str:
     count = len(diagnosis.train)
     model = (
         "the given model lacks, found as torques that act through its G"
-        if _around_a_model(diagnosis)
+        if diagnosis.found.fit.of_a_given_model
         else "its model lacks"
     )
     return (
         f"What the axis does and what {model}: from {count} record{'s' * (count > 1)}, "
         f"checked on {diagnosis.holdout[0].name}"
     )
-
-
-def _around_a_model(diagnosis: JointDiagnosis) -> bool:
-    return isinstance(diagnosis.found.fit, GivenFit)
 
 
 def _badges(page: JointPage) -> tuple[Badge, ...]:

@@ -183,23 +183,23 @@ def _has_room(axes: Axes, characters: float) -> bool:
 
 
 def envelope(
-    t: FloatArray, lower: FloatArray, upper: FloatArray, columns: int = COLUMNS
+    t: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smallest `lower` and largest `upper` in each of `columns` stretches of t, for filling between.
+    """Smallest `lower` and largest `upper` in each of COLUMNS stretches of t, for filling between.
 
     All arrays have shape (samples,); short ones come back as they are.
     """
-    if len(t) <= 2 * columns:
+    if len(t) <= 2 * COLUMNS:
         return t, lower, upper
-    starts = np.linspace(0, len(t), columns, endpoint=False).astype(np.int64)
+    starts = np.linspace(0, len(t), COLUMNS, endpoint=False).astype(np.int64)
     return t[starts], np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
 
 
-def outline(t: FloatArray, values: FloatArray, columns: int = COLUMNS) -> tuple[FloatArray, FloatArray]:
+def outline(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """A line that looks like (t, values) and visits each stretch's smallest and largest value."""
-    if len(t) <= 2 * columns:
+    if len(t) <= 2 * COLUMNS:
         return t, values
-    starts = np.linspace(0, len(t), columns + 1).astype(np.int64)
+    starts = np.linspace(0, len(t), COLUMNS + 1).astype(np.int64)
     kept = np.unique(
         [
             a + extreme(values[a:b])

@@ -155,7 +155,6 @@ def frequency_response(
     gain_unit: str,
     baseline: ComplexArray | None = None,
     band: ResponseBand | None = None,
-    excited_hz: tuple[float, float] | None = None,
     measured: MeasuredResponse | None = None,
     modes_hz: Sequence[float] = (),
 ) -> Figure:
@@ -181,9 +180,6 @@ def frequency_response(
                 f"f{number} {mode:.3g} Hz", (mode, 0.0), xycoords=("data", "axes fraction"), xytext=(3, 3),
                 textcoords="offset points", va="bottom", fontsize=8, rotation=90, color=INK,
             )  # fmt: skip
-        if excited_hz is not None:
-            for axes in (magnitude, phase):
-                axes.axvspan(*excited_hz, color=MUTED, alpha=0.1, linewidth=0)
         if band is not None:
             shade = {"color": BAND_PARAMETERS, "alpha": 0.5, "linewidth": 0}
             magnitude.fill_between(
@@ -209,9 +205,6 @@ def frequency_response(
         canvas.legend(loc="outside upper right", ncols=4)
         notes = [
             f" Shaded: {band.label}." if band is not None else "",
-            " The grey stretch is the excited band; outside it the response is extrapolated."
-            if excited_hz is not None
-            else "",
             " Points: the response measured between the limits without any model, where its coherence "
             "(below: the share of the motion that the command explains linearly) exceeds 0.3."
             if measured is not None

@@ -249,11 +249,9 @@ def traces(
     chains: FloatArray,
     names: Sequence[ParameterName],
     units: Sequence[str],
-    walkers_shown: int = 1,
 ) -> Figure:
-    """Walkers of every ensemble; `chains` (ensembles, steps, walkers, parameters)."""
+    """A walker of every ensemble; `chains` (ensembles, steps, walkers, parameters)."""
     ensembles, steps, walkers, count = chains.shape
-    shown = np.unique(np.linspace(0, walkers - 1, walkers_shown).astype(int))
     thin = -(-steps // TRACE_STEPS)
     columns = 2 if count <= 2 * TRACE_ROWS else 3
     rows = -(-count // columns)
@@ -265,7 +263,7 @@ def traces(
             for ensemble in range(ensembles):
                 axes.plot(
                     at,
-                    chains[ensemble, ::thin, shown, parameter].T,
+                    chains[ensemble, ::thin, 0, parameter],
                     color=ensemble_colour(ensemble),
                     linewidth=0.5,
                     alpha=0.7,
@@ -285,7 +283,7 @@ def traces(
         canvas.legend(handles=handles, loc="outside upper center", ncols=min(4, len(handles)))
         return finished(
             canvas,
-            f"Traces: {len(shown)} of {walkers} walkers from each of {ensembles} independent ensembles, "
+            f"Traces: 1 of {walkers} walkers from each of {ensembles} independent ensembles, "
             f"every {_ordinal(thin)} step. Ensembles that lie on one another have found the same posterior.",
             f"Trace plots of {count} parameters coloured by ensemble.",
             rows_together=1,

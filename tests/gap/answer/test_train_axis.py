@@ -10,13 +10,14 @@ from numba import typeof
 from bayes_hw.arrays import FloatArray
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
-from bayes_hw.control.simulator import LoopSignals, simulate_loop
+from bayes_hw.control.simulator import simulate_loop
 from bayes_hw.gap.answer.train_axis import TrainLoop
 from bayes_hw.gap.effects.catalogue import catalogue
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.simulate import chain_batch
 from bayes_hw.model.axis_parameters import AxisParameters
+from bayes_hw.model.controller_kernel import LoopSignals
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 SAMPLES = 400

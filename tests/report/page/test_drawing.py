@@ -110,6 +110,7 @@ def grid_of_panels(rows, rows_together):
         return canvas, finished(canvas, "caption", "alt", rows_together=rows_together)
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_a_page_may_end_in_the_blank_stripes_between_rows():
     canvas, figure = grid_of_panels(4, 1)
     gaps = gaps_between_rows(canvas)
@@ -123,6 +124,7 @@ def test_a_page_may_end_in_the_blank_stripes_between_rows():
 
 
 @pytest.mark.parametrize(("together", "expected"), [(0, 0), (2, 1), (4, 0)])
+@pytest.mark.usefixtures("wide_only")
 def test_rows_that_belong_together_stay_so(together, expected):
     assert len(grid_of_panels(4, together)[1].breaks) == expected
 

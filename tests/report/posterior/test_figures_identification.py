@@ -37,7 +37,7 @@ def test_frequency_response_has_magnitude_and_phase_with_units(labels_of):
     g = 0.1 / (2j * np.pi * f)
     decibel, phase = 20 * np.log10(np.abs(g)), np.full(60, -90.0)
     band = ResponseBand("94 % credible band", decibel - 1, decibel + 1, phase - 2, phase + 2)
-    labels = labels_of(lambda: frequency_response(f, g, "s", 1.1 * g, band, (0.1, 5.0)))
+    labels = labels_of(lambda: frequency_response(f, g, "s", 1.1 * g, band))
     assert {"magnitude (dB, re 1 s)", "phase (deg)", "frequency (Hz)"} <= set(labels)
     assert {"linear baseline", "94 % credible band", "0.1", "1", "10"} <= set(labels)
 

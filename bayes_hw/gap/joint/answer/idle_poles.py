@@ -19,7 +19,6 @@ from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import INTEGRATOR_RADIUS
 from bayes_hw.model.modal import ResidueBatch, linear_batch
-from bayes_hw.model.residues import block_of_residues
 from bayes_hw.record import Record
 
 NUMBERS = 2
@@ -78,4 +77,4 @@ def _smaller(model: HammersteinWiener) -> Iterator[HammersteinWiener]:
         )
         upper = batch.pair_poles[:, 0]
         everywhere = np.concatenate([kept.real_poles[:, 0], upper, upper.conj()])
-        yield replace(model, linear=block_of_residues(kept, everywhere, linear.delay_samples))
+        yield replace(model, linear=kept.block(everywhere, linear.delay_samples))

@@ -104,9 +104,9 @@ class JointDecision:
     confusable: tuple[tuple[str, str], ...]
 
 
-def decide_jointly(found: JointAnswer, part_of_g: Sequence[str] = PART_OF_G) -> JointDecision:
-    """The decision on a finished search; with a given model nothing is `part_of_g`."""
-    return decide(JointEvidence.of(found), part_of_g=part_of_g)
+def decide_jointly(found: JointAnswer) -> JointDecision:
+    """The decision on a finished search from records alone."""
+    return decide(JointEvidence.of(found))
 
 
 def decide(
@@ -114,7 +114,8 @@ def decide(
     calibration: JointCalibration | None = None,
     part_of_g: Sequence[str] = PART_OF_G,
 ) -> JointDecision:
-    """By the constants above, probabilities by those of `calibration` (built in unless given)."""
+    """By the constants above, probabilities by those of `calibration` (built in unless given); with a given
+    model nothing is `part_of_g`."""
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)

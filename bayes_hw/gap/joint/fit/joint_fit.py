@@ -101,6 +101,11 @@ class JointFit:
         return None
 
     @property
+    def of_a_given_model(self) -> bool:
+        """Whether G is from a model that was given."""
+        return False
+
+    @property
     def dropped_then(self) -> str:
         """What is done when a label is dropped to see what it is worth."""
         return "G regrown"

@@ -149,6 +149,10 @@ class GivenFit(JointFit):
         return (DELAY,) * delayed + (MODE,) * self.response.further + super().added
 
     @property
+    def of_a_given_model(self) -> bool:
+        return True
+
+    @property
     def dropped_then(self) -> str:
         return "the rest fitted again"
 

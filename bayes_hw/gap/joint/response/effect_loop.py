@@ -13,6 +13,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.response.loop_kernel import loop_jointly
 from bayes_hw.gap.joint.response.within_sample import Paths, Stepped
+from bayes_hw.model.controller_kernel import LoopSignals, PositionLoop
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,23 +32,12 @@ class EffectLoop:
         """The draws of the given indices."""
         return EffectLoop(self.response, tuple(self.draws[i] for i in index))
 
-    def simulate(
-        self,
-        numbers: FloatArray,
-        sections: FloatArray,
-        ratio: int,
-        delay: int,
-        reference: FloatArray,
-        noise: FloatArray,
-        start: FloatArray,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Command, w and output without noise, (draws, samples), of a controller given by its numbers and
-        filter sections, acting on every `ratio`-th sample, its command `delay` samples late (less G's own).
-        """
-        shape = (len(self.draws), len(reference))
-        found = np.empty(shape), np.empty(shape), np.empty(shape)
+    def simulate(self, loop: PositionLoop) -> LoopSignals:
+        """Command, w and output without noise."""
+        found = LoopSignals(*(np.empty((len(self.draws), len(loop.reference))) for _ in range(3)))
+        late = loop.delay + self.response.structure.delay_samples
         loop_jointly(
-            numbers, sections, ratio, delay + self.response.structure.delay_samples, reference, noise, start,
+            loop.numbers, loop.sections, loop.ratio, late, loop.reference, loop.noise, loop.start,
             *self._packed(), self.response.steps, *found,
         )  # fmt: skip
         return found

@@ -18,12 +18,14 @@ def entering(residue, real, sections, port_real, port_sections, direct):  # type
     `joint_kernel.respond_jointly` has them."""
     n, m, laws = real.shape[1], sections.shape[1], len(direct)
     found = np.zeros((1 + laws, n + 2 * m + laws + 2))
-    found[0, :n] = real[1]
+    for i in range(n):
+        found[0, i] = real[1, i]
     found[0, n + 2 * m + laws] = residue
     for i in range(m):
         found[0, n + 2 * i], found[0, n + 2 * i + 1] = sections[2, i], sections[3, i]
     for j in range(laws):
-        found[1 + j, :n] = port_real[j]
+        for i in range(n):
+            found[1 + j, i] = port_real[j, i]
         found[1 + j, n + 2 * m + j] = direct[j, 0]
         for i in range(m):
             found[1 + j, n + 2 * i] = port_sections[j, 0, i]
@@ -57,7 +59,8 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
                 q[n + 2 * m + i] = steps * (direct[i, 1] - 1.0)
             q[states] = steps * ahead
         elif bases[j] == K.BASE_SPEED:
-            q[:] = steps * found[0]
+            for i in range(states + 1):
+                q[i] = steps * found[0, i]
             q[states - 1] = -steps
         elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
             power = 2 if bases[j] == K.BASE_TWIST else 3
@@ -71,8 +74,10 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
             q[:n] = 1.0
             q[states - 2] = 1.0
         else:
-            q[:] = found[0]
-        q[:n] += signal_real[j]
+            for i in range(states + 1):
+                q[i] = found[0, i]
+        for i in range(n):
+            q[i] += signal_real[j, i]
         for i in range(m):
             q[n + 2 * i] += signal_sections[j, 0, i]
             q[n + 2 * i + 1] += signal_sections[j, 1, i]

@@ -65,7 +65,7 @@ def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> li
         if best.begun_with not in best.fit.effect_labels or not is_simulated(best.fit):
             break
         anew = each(partial(_over_the_g_of, best, best.fit.without(best.begun_with), told), present)
-        present = best_of_each_label([*present, *(path for found in anew for path in found)])
+        present = best_of_each_label([*present, *filter(None, anew)])
         if max(present, key=lambda path: path.gained) is best:
             break
     return present
@@ -73,23 +73,23 @@ def begun_anew(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> li
 
 def _over_the_g_of(
     best: FollowedPath, beside: JointFit, told: Callable[[str], None], path: FollowedPath
-) -> list[FollowedPath]:
+) -> FollowedPath | None:
     """The label of a path begun `beside` what is left of `best` without its own, where that is better than
     the path: by every form on its own, since over a G that is right the one that is right shows at once. What
     its law looks at there may give it another name."""
     if path is best or path.begun_with not in path.fit.effect_labels:
-        return []
+        return None
     forms = [form for form in FORMS if form.label == path.begun_with and not form.further]
     begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
     if not begun:
-        return []
+        return None
     trial = highest([within_sample(one) for one in begun])
     fit = as_seen(pruned(within_sample(with_what_it_asks(trial, best.base, told))))
     other = replace(best, fit=fit.led_by(path.begun_with))
     if other.gained <= path.gained:
-        return []
+        return None
     told(f"{log_evidence(other.gained)} begun anew: {described(fit)}")
-    return [other]
+    return other
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:

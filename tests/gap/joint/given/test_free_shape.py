@@ -37,8 +37,20 @@ def toothed() -> GivenFit:
     return best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
 
 
-def test_a_tooth_is_taken_out_and_the_base_held(toothed: GivenFit) -> None:
-    base, shaped = toothed, free_shape(toothed)
+@pytest.fixture(scope="module")
+def quiet() -> GivenFit:
+    """The base under records of nothing but noise."""
+    return best_base(measured((), SAMPLES, (1, 2)), model())
+
+
+@pytest.fixture(scope="module")
+def untoothed(toothed: GivenFit) -> GivenFit:
+    """The tooth as a function of position."""
+    return free_shape(toothed)
+
+
+def test_a_tooth_is_taken_out_and_the_base_held(toothed: GivenFit, untoothed: GivenFit) -> None:
+    base, shaped = toothed, untoothed
     assert not shaped.slides
     assert shaped.score > base.score + 100
     assert shaped.point.rms == pytest.approx(SIGMA, rel=0.2)
@@ -70,9 +82,8 @@ def test_a_disc_that_slides_is_told_from_a_function_of_position() -> None:
     assert shaped.values.cascade.upper == pytest.approx(0.3, rel=0.02)
 
 
-def test_nothing_is_worth_no_shape() -> None:
-    base = best_base(measured((), SAMPLES, (1, 2)), model())
-    assert free_shape(base).score < base.score - 20
+def test_nothing_is_worth_no_shape(quiet: GivenFit) -> None:
+    assert free_shape(quiet).score < quiet.score - 20
 
 
 def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -103,18 +114,16 @@ def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
     assert instead_of(fit, base, {"wind": own}, {}, {}) == {}  # type: ignore[arg-type]
 
 
-def test_where_nothing_was_found_a_function_of_position_still_is() -> None:
-    toothed = best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model())
+def test_where_nothing_was_found_a_function_of_position_still_is(toothed: GivenFit, quiet: GivenFit) -> None:
     ends = instead_of(toothed, toothed, {}, {}, {})
     assert set(ends) == {"other"}
     assert ends["other"].score > toothed.score + 50
-    quiet = best_base(measured((), SAMPLES, (1, 2)), model())
     assert instead_of(quiet, quiet, {}, {}, {}) == {}
 
 
-def test_what_a_function_takes_up_the_records_do_not_tell_of_the_gain() -> None:
+def test_what_a_function_takes_up_the_records_do_not_tell_of_the_gain(untoothed: GivenFit) -> None:
     """A straight line over position is nearly a gain."""
-    shaped = free_shape(best_base(with_tooth(measured((), SAMPLES, (1, 2, 3))), model()))
+    shaped = untoothed
     alone = triangular_factor(shaped.response, shaped.point)
     assert gain_sd(shaped, shaped.factor()) > 2 * gain_sd(shaped, alone)
 

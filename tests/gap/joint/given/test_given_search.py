@@ -49,16 +49,43 @@ from bayes_hw.model.linear import LinearBlock
 FEW = 400
 
 LOOSE = tuple(0.01 for _ in GivenModel.of(model(), 1e-6).loose_sd)
+RUB = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+
+
+@pytest.fixture(scope="module")
+def of_one() -> GivenFit:
+    """The base under one record without effects."""
+    return best_base(measured((), GIVEN_SAMPLES, (1,)), model())
+
+
+@pytest.fixture(scope="module")
+def of_two() -> GivenFit:
+    """The same under two."""
+    return best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
+
+
+@pytest.fixture(scope="module")
+def of_few() -> GivenFit:
+    """The same under two short ones."""
+    return best_base(measured((), FEW, (1, 2)), model())
+
+
+@pytest.fixture(scope="module")
+def rubbed() -> GivenFit:
+    """The base under a short record with friction."""
+    return best_base(measured((RUB,), FEW, (1,)), model())
+
+
 ADDED = ((), (0.4,), (0.4, np.log(2.0), np.log(0.02), np.log(2.2), np.log(0.03), *LOOSE))
 
 
 @pytest.mark.parametrize("added", ADDED, ids=["base", "delay", "delay and mode"])
-def test_derivatives_are_those_of_the_response(added: tuple[float, ...]) -> None:
+def test_derivatives_are_those_of_the_response(added: tuple[float, ...], of_one: GivenFit) -> None:
     given = GivenModel.of(model(), 1e-6)
     part, further = len(added) > 0, len(added) > 1
     theta = np.concatenate([np.full(given.size, 0.01), added])
     records = [record(np.zeros(GIVEN_SAMPLES), 1)]
-    scale = best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response.scale
+    scale = of_one.response.scale
     response = GivenResponse(
         given.structure(part, further), (), records, scale, given=given, part=part, further=further
     )
@@ -73,10 +100,10 @@ def test_derivatives_are_those_of_the_response(added: tuple[float, ...]) -> None
         np.testing.assert_allclose(rows[i], numeric, atol=2e-3 * max(np.abs(numeric).max(), 1e-9))
 
 
-def test_at_its_nominal_values_it_is_the_model() -> None:
+def test_at_its_nominal_values_it_is_the_model(of_one: GivenFit) -> None:
     axis = model()
     given = GivenModel.of(axis, 1e-6)
-    response = best_base(measured((), GIVEN_SAMPLES, (1,)), axis).response
+    response = of_one.response
     y = response.simulate(response.values(np.zeros(given.size)), command(GIVEN_SAMPLES, 3)).y
     np.testing.assert_allclose(y, axis.simulate(command(GIVEN_SAMPLES, 3)).y, atol=1e-10)
 
@@ -93,9 +120,9 @@ def test_modes_move_to_where_their_names_say() -> None:
         assert np.min(np.abs(s - 2 * np.pi * hz * (-damping + 1j * np.sqrt(1 - damping**2)))) < 1e-9 * hz
 
 
-def test_a_whole_part_of_a_sample_is_one_more_sample_of_delay() -> None:
+def test_a_whole_part_of_a_sample_is_one_more_sample_of_delay(of_one: GivenFit) -> None:
     given = GivenModel.of(model(), 1e-6)
-    response = best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response
+    response = of_one.response
     u = command(GIVEN_SAMPLES, 2)
     late = [replace(response, structure=given.structure(True, False, whole), part=True) for whole in (0, 1)]
     ends = [np.append(np.zeros(given.size), part) for part in (1.0, 0.0)]
@@ -128,8 +155,7 @@ def test_nothing_is_found_where_nothing_is() -> None:
 
 
 def test_friction_is_found_and_its_base_held_and_corrected() -> None:
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    train, held_out = measured((rub,), FEW, (1, 2))
+    train, held_out = measured((RUB,), FEW, (1, 2))
     axis = model(-0.37, 0.32, 0.97)
     assert needs_ports(axis)
     case = Case.of_records("case", axis, [train], [held_out])
@@ -162,10 +188,9 @@ def test_beside_rounding_no_period_near_its_step_is_looked_for() -> None:
 
 
 @pytest.mark.slow
-def test_every_start_of_every_law_is_followed() -> None:
+def test_every_start_of_every_law_is_followed(rubbed: GivenFit) -> None:
     """No start, followed alone as far as all are at first, is better than what its kind ends with."""
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    base = best_base(measured((rub,), FEW, (1,)), model())
+    base = rubbed
     found = every_law(base)
     assert {fit.labels[0] for fit in found} == {"cubic_stiffness", "friction", "backlash", "other"}
     assert max(found, key=lambda fit: fit.score).labels == ("friction",)
@@ -177,7 +202,7 @@ def test_every_start_of_every_law_is_followed() -> None:
         alone = base.with_effect(law, start).with_signal(0).descended(4)
         assert play.score >= alone.score
     rubbing = next(fit for fit in found if fit.labels == ("friction",))
-    assert {fit.labels[-1] for fit in every_law(rubbing, (rub.form, law))} == {"backlash"}
+    assert {fit.labels[-1] for fit in every_law(rubbing, (RUB.form, law))} == {"backlash"}
 
 
 def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> None:
@@ -195,22 +220,21 @@ def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> Non
     assert read_again(base, under, faults, reweighted)[2] is faults
 
 
-def test_steps_within_the_sample_go_with_the_law() -> None:
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    base = best_base(measured((rub,), FEW, (1,)), model())
-    finer = base.with_effect(rub.form, (0.02,)).finer()
+def test_steps_within_the_sample_go_with_the_law(rubbed: GivenFit) -> None:
+    finer = rubbed.with_effect(RUB.form, (0.02,)).finer()
     assert finer.response.steps == 4
     assert finer.with_mode(3.0, 0.02).response.steps == 4
     assert finer.without("friction").response.steps == 1
 
 
-def test_noise_of_a_cause_is_sought_where_effects_leave_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_noise_of_a_cause_is_sought_where_effects_leave_more(
+    rubbed: GivenFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Effects are sought without it first, and alone where they leave white noise or it explains little of
     what they do; what is better beside it is the answer."""
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    base = best_base(measured((rub,), FEW, (1,)), model())
+    base = rubbed
     readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
-    rubbing = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    rubbing = as_given(base.with_effect(RUB.form, (0.02,)).descended())
     assert rubbing.noise_order <= 1 < base.noise_order
     assert rubbing.score > windy.score
     asked: list[bool] = []
@@ -292,17 +316,18 @@ def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_st
     np.testing.assert_array_equal(begun.theta, base.theta)
 
 
-def test_where_derivatives_overflow_a_label_begins_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_derivatives_overflow_a_label_begins_as_it_is(
+    of_few: GivenFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A torque whose motion does not settle has derivatives beyond all bounds."""
-    base = best_base(measured((), FEW, (1, 2)), model())
-    begun = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    begun = as_given(of_few.with_effect(form("command_bias"), (0.0,)))
     monkeypatch.setattr(descent, "LARGEST_DERIVATIVE", 1e-30)
     assert given_moves._at_full_strength(begun) is begun
 
 
-def test_a_second_harmonic_is_tried_where_the_first_is() -> None:
+def test_a_second_harmonic_is_tried_where_the_first_is(of_few: GivenFit) -> None:
     oval = form("encoder_eccentricity", "two harmonics")
-    wavenumber = 8 * np.pi / best_base(measured((), FEW, (1, 2)), model()).response.scale.travel
+    wavenumber = 8 * np.pi / of_few.response.scale.travel
     planted = Effect(oval, np.array([2 * SIGMA, 0.0, wavenumber, 0.0, 4 * SIGMA]))
     base = best_base(measured((planted,), FEW, (1, 2)), model())
     first = as_given(base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, wavenumber)).descended())
@@ -324,11 +349,11 @@ def test_a_mode_without_damping_is_none(monkeypatch: pytest.MonkeyPatch) -> None
     assert undamped.theta[n + 1] == pytest.approx(LIGHTEST)
 
 
-def test_a_heavy_mode_moves_the_dominant_poles_further_than_a_nominal_model_is_off() -> None:
+def test_a_heavy_mode_moves_the_dominant_poles_further_than_a_nominal_model_is_off(of_one: GivenFit) -> None:
     """One coupled to the first mode: its pole moves by a quarter, where the model's is known to 0.035."""
     given = GivenModel.of(model(), 1e-6)
     response = replace(
-        best_base(measured((), GIVEN_SAMPLES, (1,)), model()).response,
+        of_one.response,
         structure=given.structure(False, True),
         further=True,
     )
@@ -366,8 +391,8 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
     assert kept[True][1] == {}
 
 
-def test_long_records_are_begun_by_their_beginnings() -> None:
-    base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
+def test_long_records_are_begun_by_their_beginnings(of_two: GivenFit) -> None:
+    base = of_two
     assert given_laws._beginning(base) is base
     with pytest.MonkeyPatch.context() as few:
         few.setattr(given_laws, "BEGUN_SAMPLES", GIVEN_SAMPLES)

@@ -16,6 +16,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.plant.drive_train import LOAD, LOAD_TORQUE, MOTOR_TORQUE, REFERENCE, DriveTrain
 
 RATE = 100.0
+DRAWS = 100
 STRUCTURE = Structure(0, True, 0, 1, lower=False, upper=False, dead_zone=False)
 
 
@@ -49,15 +50,23 @@ def rigid_axis(acceleration: float, stiffness: float) -> JointValues:
     return JointValues(cascade, (friction,))
 
 
+def powers(a: FloatArray, b: FloatArray, count: int) -> FloatArray:
+    """a^k b (count, n), k from 0."""
+    found = np.empty((count, len(b)))
+    for k in range(count):
+        found[k], b = b, a @ b
+    return found
+
+
 def _parts(a: FloatArray, b: FloatArray, c: FloatArray, section: list[float]) -> list[float]:
     """Residue of the pole at one and the section's numerator, from the impulse response."""
-    impulse = [float((c @ np.linalg.matrix_power(a, k) @ b)[0]) for k in range(100)]
+    impulse = (powers(a, b, 100) @ c.T)[:, 0]
     columns = [
         np.ones(100),
         signal.lfilter([1.0, 0.0], [1.0, -section[0], section[1]], np.eye(1, 100)[0]),
         signal.lfilter([0.0, 1.0], [1.0, -section[0], section[1]], np.eye(1, 100)[0]),
     ]
-    return list(np.linalg.lstsq(np.column_stack(columns), np.array(impulse), rcond=None)[0])
+    return list(np.linalg.lstsq(np.column_stack(columns), impulse, rcond=None)[0])
 
 
 DRIVE = DriveTrain(1.0, 0.3, 1.8, 0.01, 3.4, 0.01, 40.0, 2.2, 0.8)
@@ -78,7 +87,7 @@ def elastic_axis(drive: DriveTrain, name: str, late: int) -> tuple[JointValues, 
 
     def parts(column: FloatArray, delay: int) -> FloatArray:
         ahead = np.linalg.matrix_power(step, max(-delay, 0))
-        impulse = [float((np.linalg.matrix_power(step, k) @ ahead @ column)[LOAD]) for k in range(400)]
+        impulse = powers(step, ahead @ column, 400)[:, LOAD]
         unit = np.eye(1, 400)[0]
         bases = [np.ones(400)] + [signal.lfilter([1.0], [1.0, -p], unit) for p in real]
         for a1, a2 in pairs:
@@ -137,7 +146,7 @@ def test_of_an_elastic_axis_it_is_that_of_the_load() -> None:
     """Within what is not known of the loop's stiffness; by the whole axis' inertia it would be 0.42."""
     rng = np.random.default_rng(2)
     values, structure = elastic_axis(DRIVE, "Coulomb, load", 0)
-    drawn = acceleration_draws(structure, values, 400 * [values], 0, RATE, rng)
+    drawn = acceleration_draws(structure, values, DRAWS * [values], 0, RATE, rng)
     assert drawn is not None
     of_load = 1 / (1 + DRIVE.structure_inertia)
     assert abs(np.log(drawn / of_load).mean()) < 0.15
@@ -156,7 +165,7 @@ def test_a_loop_that_is_soft_beside_the_gear_widens_it(bandwidth_hz: float, leas
             loop_integral_hz=0.03 * bandwidth_hz,
         )
         values, structure = elastic_axis(drive, "Coulomb, load", 0)
-        drawn = acceleration_draws(structure, values, 400 * [values], 0, RATE, rng)
+        drawn = acceleration_draws(structure, values, DRAWS * [values], 0, RATE, rng)
         if drawn is not None:
             logarithms = np.log(drawn * (1 + DRIVE.structure_inertia))
             off.append(float(logarithms.mean() / logarithms.std()))
