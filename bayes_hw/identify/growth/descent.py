@@ -26,6 +26,9 @@ SMALL_GAIN_NATS = 1.0
 CONVERGED_NATS = 0.02
 """A descent ends when a step with fresh noise gains less log-likelihood than this."""
 
+BENT_SHARE = 0.5
+"""Share of what a step promised below which the next one is no longer."""
+
 MOST_CUT = 0.5
 """Share of a coordinate's step that its bounds may take off before it is held and the others go alone."""
 
@@ -222,8 +225,8 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     at the end.
 
     On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
-    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
-    by 4 on failure.
+    explained by the noise. Marquardt's scaling by column norms; the damping grows by 4 on failure and falls
+    by 10 on success, but where a step gained so much less than it promised that a longer one would fail.
     """
     if time_is_up():
         return start
@@ -276,7 +279,8 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             damping *= 4
             continue
         share = min(promised / products[-1, -1], 1 - 1e-12)
-        if -0.5 * point.samples * np.log1p(-share) < CONVERGED_NATS:
+        promised_nats = -0.5 * point.samples * np.log1p(-share)
+        if promised_nats < CONVERGED_NATS:
             return None
         step /= norms
         coordinates = response.admissible(point.coordinates + step, point.coordinates)
@@ -289,7 +293,8 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             coordinates = response.admissible(point.coordinates + step, point.coordinates)
             moved = _moved(response, point, coordinates)
         if moved is not None:
-            return moved, max(damping / 10, LEAST_DAMPING)
+            kept = moved.log_likelihood - point.log_likelihood < BENT_SHARE * promised_nats
+            return moved, damping if kept else max(damping / 10, LEAST_DAMPING)
         damping *= 4
     return None
 

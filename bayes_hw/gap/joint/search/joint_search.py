@@ -329,7 +329,9 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         path = replace(path, fit=best, settled=False).reread()
-    fit = within_sample(pruned(delayed(pruned(path.fit))))
+    first = pruned(path.fit)
+    later = delayed(first)
+    fit = within_sample(later if later is first else pruned(later))
     say(f"pruned: {described(fit)}")
     base, fit, readings = read_again(
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)
