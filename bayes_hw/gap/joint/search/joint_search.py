@@ -68,7 +68,8 @@ class JointAnswer:
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
     frequency in time that was taken out of the records of both; with limits that have `fallen` in every
     record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
-    error asks for that. A search that was `cut_short` had no time left to look further."""
+    error asks for that. A search that was `cut_short` had no time left to grow G, to look further, or to begin again clear of the
+    dead zone."""
 
     fit: JointFit
     base: JointFit
@@ -100,8 +101,6 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     much time for that as it took before."""
     told, at_first = say or silent, seconds_left()
     found = _searched(records, records, told)
-    if seconds_left() < 0.5 * at_first:
-        return found
     laws = any(effect.ports is not None for effect in found.fit.response.template)
     unnamed = not laws and leaves_a_cause(found.fit)
     if found.fit.response.cause is None and not unnamed:
@@ -109,6 +108,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     clear = clear_of_zone(found.fit, records)
     if clear is None:
         return found
+    if seconds_left() < 0.5 * at_first:
+        return replace(found, cut_short=True)
     told("what a slow error may shift into the dead zone is left out")
     return replace(_searched(clear, records, told), clear_of_zone=True)
 
@@ -117,6 +118,7 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
     """`search` of records, which are `whole` but for samples that are left out."""
     with at_most(GROWN * seconds_left()):
         base, readings = _begun(records, told)
+        unfinished = time_is_up()
     base, known = with_known_inputs(base)
     for one in known:
         told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
@@ -133,7 +135,7 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
         found = replace(found, nats=nats, tone=tone)
     elif found.base.response.weights is base.response.weights:
         found = _beside_fallen_limits(found, told)
-    return replace(found, known=known)
+    return replace(found, known=known, cut_short=found.cut_short or unfinished)
 
 
 def _beside_fallen_limits(found: JointAnswer, told: Callable[[str], None]) -> JointAnswer:
