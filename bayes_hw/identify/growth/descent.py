@@ -85,7 +85,8 @@ def _says_its_noise(response: object) -> TypeGuard[NoiseResponse]:
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record less its level where that is
     free (NaN where nothing was measured, see `masks`), noise, log-likelihood (and log-prior, up to its
-    constant, where the response has one). The noise is estimated with orders up to `most_noise`."""
+    constant, where the response has one). The noise is estimated with orders up to `most_noise`. A descent
+    that goes on begins with the `damping` that the last one ended with."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -94,6 +95,7 @@ class Point:
     converged: bool = False
     masks: Sequence[BoolArray] | None = None
     most_noise: int = MAX_ORDER
+    damping: float = FIRST_DAMPING
 
     @property
     def samples(self) -> int:
@@ -230,7 +232,7 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     """
     if time_is_up():
         return start
-    point, damping, accepted, fresh, converged, stuck = start, FIRST_DAMPING, 0, False, False, False
+    point, damping, accepted, fresh, converged, stuck = start, start.damping, 0, False, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
@@ -249,7 +251,7 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
             reference = point.log_likelihood
     if not fresh or order is not None:
         point = _with_fresh_noise(response, point)
-    return replace(point, converged=(converged or stuck) and order is None)
+    return replace(point, converged=(converged or stuck) and order is None, damping=damping)
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:

@@ -84,7 +84,11 @@ def _over_the_g_of(
     if not begun:
         return []
     trial = highest([within_sample(one) for one in begun])
-    fit = as_seen(pruned(within_sample(with_what_it_asks(trial, best.base, told))))
+    fit = within_sample(with_what_it_asks(trial, best.base, told))
+    if fit.log_likelihood - best.base.score <= path.gained:
+        # Pruning saves no more than the price of all there is.
+        return []
+    fit = as_seen(pruned(fit))
     other = replace(best, fit=fit.led_by(path.begun_with))
     if other.gained <= path.gained:
         return []
