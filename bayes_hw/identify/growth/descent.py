@@ -17,6 +17,10 @@ from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.time_budget import time_is_up
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
+GROWTHS = (1.0, *(2.0**n for n in range(2, 12)))
+"""By which the damping grows from trial to trial of a step (Nielsen 1999, IMM-REP-1999-05): a step that does
+not gain by far is not found by many small changes."""
+
 STEPS_BETWEEN_NOISE = 3
 """Accepted steps after which the noise is estimated again."""
 
@@ -227,8 +231,9 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     at the end.
 
     On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
-    explained by the noise. Marquardt's scaling by column norms; the damping grows by 4 on failure and falls
-    by 10 on success, but where a step gained so much less than it promised that a longer one would fail.
+    explained by the noise. Marquardt's scaling by column norms; the damping grows faster with every failure
+    (GROWTHS) and falls by 10 on success, but where a step gained so much less than it promised that a longer
+    one would fail.
     """
     if time_is_up():
         return start
@@ -274,11 +279,13 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
     norms = np.sqrt(np.diag(products)[:-1])
     norms[norms == 0] = 1.0
     scaled, target = products[:-1, :-1] / np.outer(norms, norms), products[:-1, -1] / norms
-    while damping < LARGEST_DAMPING:
+    for growth in GROWTHS:
+        damping *= growth
+        if damping > LARGEST_DAMPING:
+            break
         try:
             step, promised = _solved(scaled, target, damping)
         except linalg.LinAlgError:
-            damping *= 4
             continue
         share = min(promised / products[-1, -1], 1 - 1e-12)
         promised_nats = -0.5 * point.samples * np.log1p(-share)
@@ -297,7 +304,6 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
         if moved is not None:
             kept = moved.log_likelihood - point.log_likelihood < BENT_SHARE * promised_nats
             return moved, damping if kept else max(damping / 10, LEAST_DAMPING)
-        damping *= 4
     return None
 
 
