@@ -17,10 +17,6 @@ from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.time_budget import time_is_up
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e7
-GROWTHS = (1.0, *(2.0**n for n in range(2, 12)))
-"""By which the damping grows from trial to trial of a step (Nielsen 1999, IMM-REP-1999-05): a step that does
-not gain by far is not found by many small changes."""
-
 STEPS_BETWEEN_NOISE = 3
 """Accepted steps after which the noise is estimated again."""
 
@@ -29,9 +25,6 @@ SMALL_GAIN_NATS = 1.0
 
 CONVERGED_NATS = 0.02
 """A descent ends when a step with fresh noise gains less log-likelihood than this."""
-
-BENT_SHARE = 0.5
-"""Share of what a step promised below which the next one is no longer."""
 
 MOST_CUT = 0.5
 """Share of a coordinate's step that its bounds may take off before it is held and the others go alone."""
@@ -89,8 +82,7 @@ def _says_its_noise(response: object) -> TypeGuard[NoiseResponse]:
 class Point:
     """Where a descent stands: coordinates (size,), residuals of every record less its level where that is
     free (NaN where nothing was measured, see `masks`), noise, log-likelihood (and log-prior, up to its
-    constant, where the response has one). The noise is estimated with orders up to `most_noise`. A descent
-    that goes on begins with the `damping` that the last one ended with."""
+    constant, where the response has one). The noise is estimated with orders up to `most_noise`."""
 
     coordinates: FloatArray
     residuals: tuple[FloatArray, ...]
@@ -99,7 +91,6 @@ class Point:
     converged: bool = False
     masks: Sequence[BoolArray] | None = None
     most_noise: int = MAX_ORDER
-    damping: float = FIRST_DAMPING
 
     @property
     def samples(self) -> int:
@@ -231,13 +222,12 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
     at the end.
 
     On the way the noise is of `order` where that is given: under white noise (order 0) what is slow is not
-    explained by the noise. Marquardt's scaling by column norms; the damping grows faster with every failure
-    (GROWTHS) and falls by 10 on success, but where a step gained so much less than it promised that a longer
-    one would fail.
+    explained by the noise. Marquardt's scaling by column norms; the damping falls by 10 on success and grows
+    by 4 on failure.
     """
     if time_is_up():
         return start
-    point, damping, accepted, fresh, converged, stuck = start, start.damping, 0, False, False, False
+    point, damping, accepted, fresh, converged, stuck = start, FIRST_DAMPING, 0, False, False, False
     if order is not None:
         point = _with_fresh_noise(response, point, order)
     reference = point.log_likelihood
@@ -256,7 +246,7 @@ def descend(response: Response, start: Point, steps: int, order: int | None = No
             reference = point.log_likelihood
     if not fresh or order is not None:
         point = _with_fresh_noise(response, point)
-    return replace(point, converged=(converged or stuck) and order is None, damping=damping)
+    return replace(point, converged=(converged or stuck) and order is None)
 
 
 def _with_fresh_noise(response: Response, point: Point, order: int | None = None) -> Point:
@@ -279,17 +269,14 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
     norms = np.sqrt(np.diag(products)[:-1])
     norms[norms == 0] = 1.0
     scaled, target = products[:-1, :-1] / np.outer(norms, norms), products[:-1, -1] / norms
-    for growth in GROWTHS:
-        damping *= growth
-        if damping > LARGEST_DAMPING:
-            break
+    while damping < LARGEST_DAMPING:
         try:
             step, promised = _solved(scaled, target, damping)
         except linalg.LinAlgError:
+            damping *= 4
             continue
         share = min(promised / products[-1, -1], 1 - 1e-12)
-        promised_nats = -0.5 * point.samples * np.log1p(-share)
-        if promised_nats < CONVERGED_NATS:
+        if -0.5 * point.samples * np.log1p(-share) < CONVERGED_NATS:
             return None
         step /= norms
         coordinates = response.admissible(point.coordinates + step, point.coordinates)
@@ -302,8 +289,8 @@ def _step(response: Response, point: Point, damping: float) -> tuple[Point, floa
             coordinates = response.admissible(point.coordinates + step, point.coordinates)
             moved = _moved(response, point, coordinates)
         if moved is not None:
-            kept = moved.log_likelihood - point.log_likelihood < BENT_SHARE * promised_nats
-            return moved, damping if kept else max(damping / 10, LEAST_DAMPING)
+            return moved, max(damping / 10, LEAST_DAMPING)
+        damping *= 4
     return None
 
 

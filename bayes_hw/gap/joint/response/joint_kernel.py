@@ -188,7 +188,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             if limits_move:
                 by_ahead = by_factor * (limit_wave * turned + inputs[K.LIMIT_SLOPE])
                 for c in moving:
-                    d_v[c] += by_ahead * ((1.0 + lead) * d_w[c] - lead * of_states[c // LANES * states + at_before, c % LANES])
+                    d_v[c] += by_ahead * (
+                        (1.0 + lead) * d_w[c] - lead * of_states[c // LANES * states + at_before, c % LANES]
+                    )
                 if c_inputs[K.LIMIT_SINE] >= 0:
                     d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
                     d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
@@ -356,7 +358,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 y += outputs[K.SETTLING] * (1 - decay)
             row = sample % WRITTEN_AT_ONCE * padded
             for b in range(blocks):
-                store(of_readings, sample % WRITTEN_AT_ONCE * blocks + b, broadcast(slope_y) * load(of_seen, b))
+                store(
+                    of_readings, sample % WRITTEN_AT_ONCE * blocks + b, broadcast(slope_y) * load(of_seen, b)
+                )
             if tangents:
                 for c in c_read:
                     collected[row + c] += rows[c, sample]
@@ -400,7 +404,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                     store(of_taus, b * n_laws + j, found)
                 c = c_static[2]
                 if c >= 0:
-                    add(of_taus, c // LANES * n_laws + j, c % LANES, -trust * abs(direction) * e / edge, units)
+                    add(
+                        of_taus, c // LANES * n_laws + j, c % LANES, -trust * abs(direction) * e / edge, units
+                    )
                 tau_out[j, sample] = q_out[j, sample] = taus[j]
             w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
             if tangents and (sample % WRITTEN_AT_ONCE == WRITTEN_AT_ONCE - 1 or sample == len(u) - 1):

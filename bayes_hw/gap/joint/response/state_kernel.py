@@ -288,7 +288,11 @@ def advance_tangents(  # type: ignore[no-untyped-def]
                 seen = seen + broadcast(looks[look, i]) * load(d_state, of_state + i)
         for i in range(n_real):
             at = of_state + i
-            x = load(fed, at) + broadcast(real[0, i]) * load(d_state, at) + broadcast(enters[one_law, i]) * tau
+            x = (
+                load(fed, at)
+                + broadcast(real[0, i]) * load(d_state, at)
+                + broadcast(enters[one_law, i]) * tau
+            )
             for j in range(1, n_laws):
                 x = x + broadcast(enters[1 + j, i]) * load(d_taus, of_law + j)
             if drives:
@@ -301,7 +305,12 @@ def advance_tangents(  # type: ignore[no-untyped-def]
             one_at, two_at = n_real + 2 * i, n_real + 2 * i + 1
             at, after = of_state + one_at, of_state + two_at
             one, two = load(d_state, at), load(d_state, after)
-            x = two + load(fed, at) + broadcast(sections[0, i]) * one + broadcast(enters[one_law, one_at]) * tau
+            x = (
+                two
+                + load(fed, at)
+                + broadcast(sections[0, i]) * one
+                + broadcast(enters[one_law, one_at]) * tau
+            )
             z = load(fed, after) - broadcast(sections[1, i]) * one + broadcast(enters[one_law, two_at]) * tau
             for j in range(1, n_laws):
                 more = load(d_taus, of_law + j)
