@@ -68,8 +68,8 @@ class JointAnswer:
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
     frequency in time that was taken out of the records of both; with limits that have `fallen` in every
     record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
-    error asks for that. A search that was `cut_short` had no time left to grow G, to look further, or to begin again clear of the
-    dead zone."""
+    error asks for that. A search that was `cut_short` had no time left to grow G, to look further, or to
+    begin again clear of the dead zone."""
 
     fit: JointFit
     base: JointFit
@@ -139,8 +139,8 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
 
 
 def _leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
-    """Whether a motion of one frequency in time explains so much of a base's residual that no label alone is a
-    contender, as of labels among each other."""
+    """Whether a motion of one frequency in time explains so much of a base's residual that no label alone is
+    a contender, as of labels among each other."""
     gained = tone.without.score - base.score
     most = max((trial.score - base.score for trial in trials), default=0.0)
     return gained > VERIFIED_NATS and most < CONTEST_SHARE * gained
