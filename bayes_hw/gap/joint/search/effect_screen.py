@@ -53,8 +53,9 @@ def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
 
 
 def begins_with_periods(form: Form, scale: JointScale) -> bool:
-    """Whether a form's starts depend on the periods that a scan finds."""
-    found = replace(scale, periods=(scale.shortest + scale.travel / 7,), motor_periods=(scale.travel / 7,))
+    """Whether a form's starts depend on the periods that a scan finds, long or short."""
+    some = tuple(scale.travel / turns for turns in (1.5, 7.0, 60.0))
+    found = replace(scale, periods=some, motor_periods=some)
     return list(form.starts(found)) != list(form.starts(scale))
 
 
