@@ -209,6 +209,9 @@ def _probabilities(
         best = max(found.rivals.values(), default=-np.inf)
         none = 1 - p_other - calibration.none_doubt
         none -= calibration.nearly_found * float(np.exp(min(best, 0.0) / calibration.nats_nearly_found))
+        if found.cut_short:
+            p_other = max(p_other, calibration.cut_short_floor)
+            none = min(none, 1 - p_other)
         none = max(none, calibration.least)
         rest = max(0.0, 1 - none - p_other)
     silent = [label for label in LABEL_BLOCKS if probability[label] == 0.0 and label not in part_of_g]

@@ -37,18 +37,32 @@ class NoiseScreen:
 
     def gain(self, tangents: Sequence[FloatArray]) -> float:
         """Nats that the columns (parameters, samples) of all records promise together."""
-        white = [self.whitener.apply(t, 0, mask_of(self.masks, i)) for i, t in enumerate(tangents)]
+        return float(self.gains([t[None] for t in tangents])[0])
+
+    def gains(self, tangents: Sequence[FloatArray]) -> FloatArray:
+        """Nats (groups,) that groups of columns (groups, parameters, samples) of all records promise, those
+        of a group together."""
+        groups, width = tangents[0].shape[:2]
+        white = [
+            self.whitener.apply(t.reshape(groups * width, -1), 0, mask_of(self.masks, i))
+            for i, t in enumerate(tangents)
+        ]
         columns = np.concatenate(white, axis=1)
-        norms = np.sqrt(np.sum(columns**2, axis=1))
-        columns = columns[norms > 0] / norms[norms > 0, None]
-        if not len(columns) or not np.isfinite(columns).all():
-            return 0.0
-        inside = columns @ self.basis
-        gram = columns @ columns.T - inside @ inside.T + SINGULAR * np.eye(len(columns))
-        product = columns @ self.residual
-        explained = float(product @ np.linalg.solve(gram, product))
+        powers = np.einsum("ij,ij->i", columns, columns)
+        counted = (powers > 0) & np.isfinite(powers)
+        columns[~counted] = 0.0
+        scale = np.sqrt(np.where(counted, powers, 1.0)).reshape(groups, width)
+        inside = (columns @ self.basis).reshape(groups, width, -1)
+        products = (columns @ self.residual).reshape(groups, width) / scale
+        columns = columns.reshape(groups, width, -1)
+        gram = columns @ columns.transpose(0, 2, 1) - inside @ inside.transpose(0, 2, 1)
+        gram = gram / (scale[:, :, None] * scale[:, None, :]) + SINGULAR * np.eye(width)
+        gram += (~counted.reshape(groups, width))[:, :, None] * np.eye(width)
+        explained = np.einsum("gi,gi->g", products, np.linalg.solve(gram, products[:, :, None])[:, :, 0])
         share = np.clip(explained / float(self.residual @ self.residual), 0.0, 1 - 1e-12)
-        return float(-0.5 * self.samples * np.log1p(-share) - 0.5 * len(columns) * np.log(self.samples))
+        price = 0.5 * np.count_nonzero(counted.reshape(groups, width), axis=1) * np.log(self.samples)
+        whole = np.isfinite(powers).reshape(groups, width).all(axis=1)
+        return np.where(whole, -0.5 * self.samples * np.log1p(-share) - price, 0.0)
 
 
 def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:

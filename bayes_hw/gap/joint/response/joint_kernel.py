@@ -27,18 +27,22 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of, torque_of_memory
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
 from bayes_hw.gap.joint.response.state_kernel import (
+    add,
+    add_sources,
     advance_tangents,
+    by_rows,
     entering,
+    identity,
+    own_columns,
     seen,
     signal_sources,
     state_sources,
+    zeros,
 )
+from bayes_hw.model.lanes import LANES, broadcast, load, store
 
 WRITTEN_AT_ONCE = 32
 """Samples of tangents that are collected before they are written row by row."""
-
-VECTOR = 8
-"""Columns are carried by multiples of as many."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -72,19 +76,26 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     carried = np.zeros(states + 1 + n_laws)
     taus, memory = carried[states + 1 :], np.zeros(n_laws)
     signals, entered = np.zeros(n_laws), np.zeros(states)
-    padded = (columns + VECTOR - 1) // VECTOR * VECTOR
-    tangents = columns > 0
-    d_state = np.zeros((states, padded))
-    d_taus, d_signals = np.zeros((n_laws, padded)), np.zeros((n_laws, padded))
-    d_memory, collected = np.zeros((n_laws, padded)), np.zeros((WRITTEN_AT_ONCE, padded))
-    d_w, d_v, d_out = np.zeros(padded), np.zeros(padded), np.zeros(padded)
+    blocks = (columns + LANES - 1) // LANES
+    padded, tangents = blocks * LANES, columns > 0
+    of_states, fed_states = zeros(blocks * states), zeros(blocks * states)
+    of_taus, of_signals, of_memory = zeros(blocks * n_laws), zeros(blocks * n_laws), zeros(blocks * n_laws)
+    of_w, of_v, of_out = zeros(blocks), zeros(blocks), zeros(blocks)
+    of_readings, units = zeros(WRITTEN_AT_ONCE * blocks), identity()
+    # The same numbers one by one.
+    d_w, d_v, d_out, collected = (
+        of_w.reshape(-1), of_v.reshape(-1), of_out.reshape(-1), of_readings.reshape(-1),
+    )  # fmt: skip
     d_early, d_late, d_held = np.zeros(padded), np.zeros(padded), np.zeros(padded)
     fed, signs = state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct)
+    fed_rows, fed, signs = by_rows(fed, signs, states)
     turned_by, turns = signal_sources(
         real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
         c_signal_sections,
     )  # fmt: skip
+    turned_rows, turned_by, turns = by_rows(turned_by, turns, n_laws)
     remembers = bool(np.any(looks[1:, at_before] != 0.0))
+    of_own = own_columns(blocks, c_direct, c_port_real, c_port_sections)
     # The speed that a unit of a torque makes up over the step that it acts on.
     own = steps * np.sum(enters[1:] * looks[0, :states], axis=1)
     early = late = out = 0.0
@@ -109,7 +120,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     else:
         moving = np.concatenate((c_static[:2], c_inputs))
         moving = moving[moving >= 0] if tangents else moving[:0]
-    d_seen = d_out if has_play else d_w
+    d_seen, of_seen = (d_out, of_out) if has_play else (d_w, of_w)
     share, sample, within = 1.0 / steps, 0, 0
     for _ in range(len(u) * steps):
         k = sample + within * share
@@ -177,7 +188,9 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             if limits_move:
                 by_ahead = by_factor * (limit_wave * turned + inputs[K.LIMIT_SLOPE])
                 for c in moving:
-                    d_v[c] += by_ahead * ((1.0 + lead) * d_w[c] - lead * d_state[at_before, c])
+                    d_v[c] += by_ahead * (
+                        (1.0 + lead) * d_w[c] - lead * of_states[c // LANES * states + at_before, c % LANES]
+                    )
                 if c_inputs[K.LIMIT_SINE] >= 0:
                     d_v[c_inputs[K.LIMIT_SINE]] += by_factor * s
                     d_v[c_inputs[K.LIMIT_COSINE]] += by_factor * co
@@ -245,9 +258,11 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             signals[j] = q
             if tangents and looks[1 + j, states] != 0.0:
                 for c in moving:
-                    d_signals[j, c] += looks[1 + j, states] * d_v[c]
-        for i in range(len(turns)):
-            d_signals[turned_by[0, i], turned_by[1, i]] += turns[i] * carried[turned_by[2, i]]
+                    if d_v[c] != 0.0:
+                        at = c // LANES * n_laws + j
+                        add(of_signals, at, c % LANES, looks[1 + j, states] * d_v[c], units)
+        if tangents:
+            add_sources(of_signals, turned_rows, turned_by, turns, carried, units, True)
         for j in range(n_laws):
             if laws[j] == K.INNOVATION:
                 continue
@@ -261,45 +276,54 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 tau, by_q, by_own, g0, g1, g2 = held_back(q, own[j], t0, t1, t2, law == K.STRIBECK)
                 by_own *= steps
             else:
-                tau, memory[j], by_q, by_w, g0, g1, g2, by_z = law_of(law, q, w, t0, t1, t2, memory[j], share)
+                tau, memory[j], by_q, by_w, g0, g1, g2, by_z = law_of(
+                    law, q, w, t0, t1, t2, memory[j], share, tangents
+                )
             taus[j] = tau
             if at_sample:
                 tau_out[j, sample], q_out[j, sample] = tau, q
             if not tangents:
                 continue
             if law in (K.BRISTLE, K.SLIP):
-                for c in range(padded):
-                    d_memory[j, c] = by_z * d_memory[j, c] + by_q * d_signals[j, c]
+                for b in range(blocks):
+                    at = b * n_laws + j
+                    store(
+                        of_memory, at,
+                        broadcast(by_z) * load(of_memory, at) + broadcast(by_q) * load(of_signals, at),
+                    )  # fmt: skip
                 if c_thetas[j, 0] >= 0:
-                    d_memory[j, c_thetas[j, 0]] += g0
+                    c = c_thetas[j, 0]
+                    add(of_memory, c // LANES * n_laws + j, c % LANES, g0, units)
                 by_z, g0 = torque_of_memory(law, memory[j], t0)
-                for c in range(padded):
-                    d_taus[j, c] = by_z * d_memory[j, c]
+                for b in range(blocks):
+                    at = b * n_laws + j
+                    store(of_taus, at, broadcast(by_z) * load(of_memory, at))
             else:
-                for c in range(padded):
-                    d_taus[j, c] = by_q * d_signals[j, c] + by_w * d_w[c]
+                for b in range(blocks):
+                    at = b * n_laws + j
+                    found = broadcast(by_q) * load(of_signals, at) + broadcast(by_w) * load(of_w, b)
+                    store(of_taus, at, found)
             for i, g in enumerate((g0, g1, g2)):
-                if c_thetas[j, i] >= 0:
-                    d_taus[j, c_thetas[j, i]] += g
+                c = c_thetas[j, i]
+                if c >= 0:
+                    add(of_taus, c // LANES * n_laws + j, c % LANES, g, units)
             if by_own != 0.0 and c_direct[j, 0] >= 0:
-                d_taus[j, c_direct[j, 0]] += by_own
-                for i in range(n_real):
-                    d_taus[j, c_port_real[j, i]] += by_own
-                for i in range(n_sections):
-                    d_taus[j, c_port_sections[j, 0, i]] += by_own
+                for b in range(blocks):
+                    at = b * n_laws + j
+                    store(of_taus, at, load(of_taus, at) + broadcast(by_own) * load(of_own, at))
         # The output.
         if has_play:
             play = outputs[K.PLAY]
             if out < w - play:
                 out = w - play
-                for c in range(padded):
-                    d_seen[c] = d_w[c]
+                for b in range(blocks):
+                    store(of_seen, b, load(of_w, b))
                 if c_outputs[K.PLAY] >= 0:
                     d_seen[c_outputs[K.PLAY]] -= 1.0
             elif out > w + play:
                 out = w + play
-                for c in range(padded):
-                    d_seen[c] = d_w[c]
+                for b in range(blocks):
+                    store(of_seen, b, load(of_w, b))
                 if c_outputs[K.PLAY] >= 0:
                     d_seen[c_outputs[K.PLAY]] += 1.0
         else:
@@ -332,31 +356,33 @@ def respond_jointly(  # type: ignore[no-untyped-def]
             if has_settling:
                 decay = math.exp(-k / outputs[K.SETTLING_TIME])
                 y += outputs[K.SETTLING] * (1 - decay)
-            row = sample % WRITTEN_AT_ONCE
-            for c in range(padded):
-                collected[row, c] = slope_y * d_seen[c]
+            row = sample % WRITTEN_AT_ONCE * padded
+            for b in range(blocks):
+                store(
+                    of_readings, sample % WRITTEN_AT_ONCE * blocks + b, broadcast(slope_y) * load(of_seen, b)
+                )
             if tangents:
                 for c in c_read:
-                    collected[row, c] += rows[c, sample]
+                    collected[row + c] += rows[c, sample]
                 if c_static[2] >= 0:
-                    collected[row, c_static[2]] += by_half
+                    collected[row + c_static[2]] += by_half
                 if c_outputs[K.LOG_RATIO] >= 0:
-                    collected[row, c_outputs[K.LOG_RATIO]] += by_ratio
+                    collected[row + c_outputs[K.LOG_RATIO]] += by_ratio
                 if has_wave:
                     if c_outputs[K.SINE] >= 0:
-                        collected[row, c_outputs[K.SINE]] += s
-                        collected[row, c_outputs[K.COSINE]] += co - 1
+                        collected[row + c_outputs[K.SINE]] += s
+                        collected[row + c_outputs[K.COSINE]] += co - 1
                     if c_outputs[K.WAVENUMBER] >= 0:
-                        collected[row, c_outputs[K.WAVENUMBER]] += out * turned
+                        collected[row + c_outputs[K.WAVENUMBER]] += out * turned
                     if c_outputs[K.SINE2] >= 0:
-                        collected[row, c_outputs[K.SINE2]] += s2
-                        collected[row, c_outputs[K.COSINE2]] += co2 - 1
+                        collected[row + c_outputs[K.SINE2]] += s2
+                        collected[row + c_outputs[K.COSINE2]] += co2 - 1
                 if c_outputs[K.RATE] >= 0:
-                    collected[row, c_outputs[K.RATE]] += k
+                    collected[row + c_outputs[K.RATE]] += k
                 if c_outputs[K.SETTLING] >= 0:
-                    collected[row, c_outputs[K.SETTLING]] += 1 - decay
+                    collected[row + c_outputs[K.SETTLING]] += 1 - decay
                 if c_outputs[K.SETTLING_TIME] >= 0:
-                    collected[row, c_outputs[K.SETTLING_TIME]] -= (
+                    collected[row + c_outputs[K.SETTLING_TIME]] -= (
                         outputs[K.SETTLING] * decay * k / outputs[K.SETTLING_TIME] ** 2
                     )
             # What the encoder shows beyond that.
@@ -372,42 +398,37 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 trust = forced_by_lag[j, sample]
                 taus[j] = trust * outside * e
                 by_out = trust * direction * e / edge
-                for c in range(padded):
-                    d_taus[j, c] = by_out * d_seen[c] - trust * outside * collected[row, c]
-                if c_static[2] >= 0:
-                    d_taus[j, c_static[2]] -= trust * abs(direction) * e / edge
+                for b in range(blocks):
+                    reading = load(of_readings, sample % WRITTEN_AT_ONCE * blocks + b)
+                    found = broadcast(by_out) * load(of_seen, b) - broadcast(trust * outside) * reading
+                    store(of_taus, b * n_laws + j, found)
+                c = c_static[2]
+                if c >= 0:
+                    add(
+                        of_taus, c // LANES * n_laws + j, c % LANES, -trust * abs(direction) * e / edge, units
+                    )
                 tau_out[j, sample] = q_out[j, sample] = taus[j]
             w_out[sample], y_out[sample], slope_out[sample] = w, y, slope_y
             if tangents and (sample % WRITTEN_AT_ONCE == WRITTEN_AT_ONCE - 1 or sample == len(u) - 1):
                 begin = sample // WRITTEN_AT_ONCE * WRITTEN_AT_ONCE
                 for c in range(columns):
                     for i in range(sample - begin + 1):
-                        rows[c, begin + i] = collected[i, c]
+                        rows[c, begin + i] = collected[i * padded + c]
             v_out[sample] = 0.0
         v_out[sample] += v * share
         # States and their tangents a step on, with those of w and of every signal.
         if tangents:
             if remembers:
-                for c in range(padded):
-                    d_state[at_before, c] = d_w[c]
-            advance_tangents(
-                real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
-            )
-            for i in range(len(signs)):
-                at, c = fed[0, i], fed[1, i]
-                change = signs[i] * carried[fed[2, i]]
-                d_state[at, c] += change
-                d_w[c] += looks[0, at] * change
-                for j in range(n_laws):
-                    d_signals[j, c] += looks[1 + j, at] * change
+                for b in range(blocks):
+                    store(of_states, b * states + at_before, load(of_w, b))
+            add_sources(fed_states, fed_rows, fed, signs, carried, units, False)
+            drives = False
             for c in moving:
-                if d_v[c] != 0.0:
-                    for at in range(at_before):
-                        change = enters[0, at] * d_v[c]
-                        d_state[at, c] += change
-                        d_w[c] += looks[0, at] * change
-                        for j in range(n_laws):
-                            d_signals[j, c] += looks[1 + j, at] * change
+                drives = drives or d_v[c] != 0.0
+            advance_tangents(
+                real, sections, direct, enters, looks, laws, of_states, fed_states, of_taus, of_v, drives,
+                of_w, of_signals, at_direct,
+            )  # fmt: skip
         for i in range(states):
             entered[i] = enters[0, i] * v
         for j in range(n_laws):

@@ -14,12 +14,13 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def]
+def law_of(law, q, w, t0, t1, t2, memory, share, slopes):  # type: ignore[no-untyped-def]
     """Torque of a law over a step of `share` of a sample, its memory after it, and derivatives of the torque
     by q, w, t0, t1 and t2.
 
     Of a law with memory (K.BRISTLE, K.SLIP) derivatives are of the memory, by q, t0 and (the last) the memory
-    before; `torque_of_memory` leads from there to its torque.
+    before; `torque_of_memory` leads from there to its torque. Derivatives are right only where `slopes` are
+    asked for.
     """
     by_q = by_w = by_t0 = by_t1 = by_t2 = by_memory = 0.0
     if law in (K.COULOMB, K.STRIBECK):
@@ -53,13 +54,15 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
             memory, by_q, by_memory, by_t0 = q + t0, 1.0, 0.0, 1.0
         tau = memory / t0
     elif law == K.RIPPLE:
-        s, s2 = math.sin(t0 * q + t1), math.sin(2 * t0 * q + t1)
-        co, co2 = math.cos(t0 * q + t1), math.cos(2 * t0 * q + t1)
-        tau = s + t2 * s2 - (1 + t2) * math.sin(t1)
-        by_q = t0 * (co + 2 * t2 * co2)
-        by_t0 = q * (co + 2 * t2 * co2)
-        by_t1 = co + t2 * co2 - (1 + t2) * math.cos(t1)
-        by_t2 = s2 - math.sin(t1)
+        s, of_zero = math.sin(t0 * q + t1), math.sin(t1)
+        s2 = math.sin(2 * t0 * q + t1) if slopes or t2 != 0.0 else 0.0
+        tau = s + t2 * s2 - (1 + t2) * of_zero
+        if slopes:
+            co, co2 = math.cos(t0 * q + t1), math.cos(2 * t0 * q + t1)
+            by_q = t0 * (co + 2 * t2 * co2)
+            by_t0 = q * (co + 2 * t2 * co2)
+            by_t1 = co + t2 * co2 - (1 + t2) * math.cos(t1)
+            by_t2 = s2 - of_zero
     elif law == K.CUBIC:
         r = q / t0
         below = 1 + t1 * r * r
@@ -81,7 +84,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share):  # type: ignore[no-untyped-def
             tau, by_q, by_t0 = -1.0 - r, -1 / t0, r / t0
     elif law == K.MODULATED:
         by_q = math.sin(t0 * w + t1)
-        by_t1 = q * math.cos(t0 * w + t1)
+        by_t1 = q * math.cos(t0 * w + t1) if slopes else 0.0
         tau = q * by_q
         by_w, by_t0 = t0 * by_t1, w * by_t1
     else:

@@ -174,7 +174,7 @@ def loop_jointly(  # type: ignore[no-untyped-def]
                         taus[j], _, _, _, _, _ = held_back(q, own * steps, t0, t1, t2, laws[j] == K.STRIBECK)
                     else:
                         taus[j], memory[j], _, _, _, _, _, _ = law_of(
-                            laws[j], q, w, t0, t1, t2, memory[j], share
+                            laws[j], q, w, t0, t1, t2, memory[j], share, False
                         )
                 # A step on.
                 w1 = w

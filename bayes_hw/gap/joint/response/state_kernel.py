@@ -10,6 +10,10 @@ import numpy as np
 from numba import njit
 
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
+
+NOTHING = 1e-290
+"""Of which sixteen digits are left off a number that fades."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,93 +179,166 @@ def signal_sources(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def zeros(rows):  # type: ignore[no-untyped-def]
+    """(rows, LANES) aligned."""
+    found = aligned_rows(rows)
+    for row in range(rows):
+        store(found, row, broadcast(0.0))
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def identity():  # type: ignore[no-untyped-def]
+    """(LANES, LANES): a row for every lane."""
+    found = zeros(LANES)
+    for lane in range(LANES):
+        found[lane, lane] = 1.0
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def add(rows, row, lane, value, units):  # type: ignore[no-untyped-def]
+    """Added to one number of a row that is read as a whole soon after: a processor waits for a number that
+    was written by itself until it has left for the cache."""
+    store(rows, row, load(rows, row) + load(units, lane) * broadcast(value))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
+    """Sources of tangents, `where` (3, n) as `state_sources` has them, by the rows of LANES columns that they
+    act on, `count` rows a block: rows and where the sources of each begin (2, rows + 1); lane and carrier
+    (2, n) of every source, and weights (n,), in that order."""
+    row = where[1] // LANES * count + where[0]
+    order = np.argsort(row)
+    rows, found = np.zeros((2, len(row) + 1), dtype=np.uint64), 0
+    sources, ordered = np.empty((2, len(row)), dtype=np.uint64), np.empty(len(row))
+    for i in range(len(order)):
+        if i == 0 or row[order[i]] != row[order[i - 1]]:
+            rows[0, found], rows[1, found] = row[order[i]], i
+            found += 1
+        sources[0, i], sources[1, i] = where[1, order[i]] % LANES, where[2, order[i]]
+        ordered[i] = weights[order[i]]
+    rows[1, found] = len(row)
+    return rows[:, : found + 1].copy(), sources, ordered
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def add_sources(values, rows, sources, weights, carried, units, kept):  # type: ignore[no-untyped-def]
+    """What the carriers bring, written to the rows that have sources (see `by_rows`), added to what stands
+    there where that is `kept`."""
+    for r in range(rows.shape[1] - 1):
+        found = broadcast(0.0)
+        if kept:
+            found = load(values, rows[0, r])
+        for i in range(rows[1, r], rows[1, r + 1]):
+            found = found + load(units, sources[0, i]) * broadcast(weights[i] * carried[sources[1, i]])
+        store(values, rows[0, r], found)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def own_columns(blocks, c_direct, c_port_real, c_port_sections):  # type: ignore[no-untyped-def]
+    """(blocks * laws, LANES): one for every weight by which a torque is part of w a step on."""
+    laws = len(c_direct)
+    found = zeros(blocks * laws)
+    for j in range(laws):
+        columns = np.concatenate((c_direct[j, :1], c_port_real[j], c_port_sections[j, 0]))
+        for c in columns:
+            if c >= 0:
+                found[c // LANES * laws + j, c % LANES] = 1.0
+    return found
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def faded(values):  # type: ignore[no-untyped-def]
+    """Lanes, zero for numbers that are next to none: what fades by itself would end among numbers that a
+    processor handles a hundred times as slowly."""
+    return (values + broadcast(NOTHING)) - broadcast(NOTHING)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def advance_tangents(  # type: ignore[no-untyped-def]
-    real, sections, direct, enters, looks, laws, d_state, d_taus, d_w, d_signals, at_direct
+    real, sections, direct, enters, looks, laws, d_state, fed, d_taus, d_v, drives, d_w, d_signals, at_direct
 ):
-    """Tangents of the states a step on, without what feeds them and what v does; of w and of the signals of
-    the laws (all but an K.INNOVATION have one) from the states after it."""
-    n_laws, padded, n_real = len(laws), d_state.shape[1], real.shape[1]
-    at_integral, at_before = at_direct + n_laws, at_direct + n_laws + 1
-    for c in range(padded):
-        d_w[c] = d_state[at_integral, c]
-    for j in range(n_laws):
-        at, pole, weight = at_direct + j, direct[j, 1], direct[j, 0]
-        for c in range(padded):
-            x = pole * d_state[at, c] + weight * d_taus[j, c]
-            d_state[at, c] = x
-            d_w[c] += x
+    """Tangents of the states a step on with what is `fed` to them, and with that of v where that `drives`; of
+    w and of the signals of the laws (all but an K.INNOVATION have one) from the states after it.
+
+    Arrays hold blocks of LANES columns: of every block all states, or all laws, a row each.
+    """
+    n_laws, n_real, states = len(laws), real.shape[1], enters.shape[1]
+    at_integral = at_direct + n_laws
     # The first law that looks at anything; an K.INNOVATION alone has a row of zeros.
-    first, last = 0, n_laws - 1
+    first = 0
     for j in range(n_laws - 1, -1, -1):
         if laws[j] != K.INNOVATION:
             first = j
-    for j in range(n_laws):
-        if laws[j] == K.INNOVATION:
-            continue
-        of_integral, of_before = looks[1 + j, at_integral], looks[1 + j, at_before]
-        for c in range(padded):
-            d_signals[j, c] = of_integral * d_state[at_integral, c] + of_before * d_state[at_before, c]
-        for i in range(n_laws):
-            at, weight = at_direct + i, looks[1 + j, at_direct + i]
-            if weight != 0.0:
-                for c in range(padded):
-                    d_signals[j, c] += weight * d_state[at, c]
-    for i in range(n_real):
-        pole = real[0, i]
-        for c in range(padded):
-            d_state[i, c] *= pole
+    one_law = min(1, n_laws)
+    look = one_law * (1 + first)
+    for block in range(len(d_w)):
+        of_state, of_law = block * states, block * n_laws
+        tau, v, seen = broadcast(0.0), load(d_v, block), broadcast(0.0)
+        if n_laws > 0:
+            tau = load(d_taus, of_law)
+        w = load(d_state, of_state + at_integral) + load(fed, of_state + at_integral)
+        if drives:
+            w = w + broadcast(enters[0, at_integral]) * v
+        store(d_state, of_state + at_integral, w)
         for j in range(n_laws):
-            weight = enters[1 + j, i]
-            for c in range(padded):
-                d_state[i, c] += weight * d_taus[j, c]
-        for c in range(padded):
-            d_w[c] += d_state[i, c]
-        for j in range(n_laws):
-            weight = looks[1 + j, i]
-            if weight != 0.0:
-                for c in range(padded):
-                    d_signals[j, c] += weight * d_state[i, c]
-    for i in range(sections.shape[1]):
-        at, after = n_real + 2 * i, n_real + 2 * i + 1
-        a1, a2 = sections[0, i], sections[1, i]
-        if n_laws == 0:
-            for c in range(padded):
-                one = d_state[at, c]
-                x = a1 * one + d_state[after, c]
-                d_state[at, c], d_state[after, c] = x, -a2 * one
-                d_w[c] += x
-            continue
-        e_1, e_2 = looks[1 + first, at], looks[1 + first, after]
-        if n_laws <= 2:
-            w_1, w_2, more_1, more_2 = enters[1, at], enters[1, after], 0.0, 0.0
-            if n_laws == 2:
-                more_1, more_2 = enters[2, at], enters[2, after]
-            for c in range(padded):
-                one, tau, more = d_state[at, c], d_taus[0, c], d_taus[last, c]
-                x = a1 * one + d_state[after, c] + w_1 * tau + more_1 * more
-                z = w_2 * tau + more_2 * more - a2 * one
-                d_state[at, c], d_state[after, c] = x, z
-                d_w[c] += x
-                d_signals[first, c] += e_1 * x + e_2 * z
-        else:
-            for c in range(padded):
-                one = d_state[at, c]
-                d_state[at, c] = a1 * one + d_state[after, c]
-                d_state[after, c] = -a2 * one
-            for j in range(n_laws):
-                w_1, w_2 = enters[1 + j, at], enters[1 + j, after]
-                for c in range(padded):
-                    tau = d_taus[j, c]
-                    d_state[at, c] += w_1 * tau
-                    d_state[after, c] += w_2 * tau
-            for c in range(padded):
-                d_w[c] += d_state[at, c]
-                d_signals[first, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
+            at = of_state + at_direct + j
+            x = load(fed, at) + broadcast(direct[j, 1]) * load(d_state, at)
+            x = faded(x + broadcast(direct[j, 0]) * load(d_taus, of_law + j))
+            store(d_state, at, x)
+            w = w + x
+        for i in range(at_direct, states):
+            if looks[look, i] != 0.0:
+                seen = seen + broadcast(looks[look, i]) * load(d_state, of_state + i)
+        for i in range(n_real):
+            at = of_state + i
+            x = (
+                load(fed, at)
+                + broadcast(real[0, i]) * load(d_state, at)
+                + broadcast(enters[one_law, i]) * tau
+            )
+            for j in range(1, n_laws):
+                x = x + broadcast(enters[1 + j, i]) * load(d_taus, of_law + j)
+            if drives:
+                x = x + broadcast(enters[0, i]) * v
+            x = faded(x)
+            store(d_state, at, x)
+            w = w + x
+            seen = seen + broadcast(looks[look, i]) * x
+        for i in range(sections.shape[1]):
+            one_at, two_at = n_real + 2 * i, n_real + 2 * i + 1
+            at, after = of_state + one_at, of_state + two_at
+            one, two = load(d_state, at), load(d_state, after)
+            x = (
+                two
+                + load(fed, at)
+                + broadcast(sections[0, i]) * one
+                + broadcast(enters[one_law, one_at]) * tau
+            )
+            z = load(fed, after) - broadcast(sections[1, i]) * one + broadcast(enters[one_law, two_at]) * tau
+            for j in range(1, n_laws):
+                more = load(d_taus, of_law + j)
+                x = x + broadcast(enters[1 + j, one_at]) * more
+                z = z + broadcast(enters[1 + j, two_at]) * more
+            if drives:
+                x = x + broadcast(enters[0, one_at]) * v
+                z = z + broadcast(enters[0, two_at]) * v
+            x, z = faded(x), faded(z)
+            store(d_state, at, x)
+            store(d_state, after, z)
+            w = w + x
+            seen = seen + broadcast(looks[look, one_at]) * x + broadcast(looks[look, two_at]) * z
+        store(d_w, block, w)
+        if n_laws > 0:
+            store(d_signals, of_law + first, seen)
         for j in range(first + 1, n_laws):
-            e_1, e_2 = looks[1 + j, at], looks[1 + j, after]
-            if laws[j] != K.INNOVATION and (e_1 != 0.0 or e_2 != 0.0):
-                for c in range(padded):
-                    d_signals[j, c] += e_1 * d_state[at, c] + e_2 * d_state[after, c]
+            if laws[j] != K.INNOVATION:
+                seen = broadcast(0.0)
+                for i in range(states):
+                    if looks[1 + j, i] != 0.0:
+                        seen = seen + broadcast(looks[1 + j, i]) * load(d_state, of_state + i)
+                store(d_signals, of_law + j, seen)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

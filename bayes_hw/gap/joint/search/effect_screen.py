@@ -11,14 +11,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale, scanned_cycles
 from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, noise_screens
 from bayes_hw.gap.joint.response.effect_paths import motor_angle
 
 PERIODS_KEPT, MOTOR_PERIODS_KEPT = 6, 3
 """Of a scan under each noise, of the load's position and of the motor's."""
+
+WAVES_AT_ONCE = 8
+"""Whose columns are projected together."""
 
 TURNING_SHARE = 0.05
 """Of the root mean square speed: over which the phase of a torque's response turns round at a reversal."""
@@ -35,9 +39,10 @@ class Start:
 
 def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
     """Every start of every form with its promises."""
-    noises = noise_screens(fit)
-    of_load, of_motor = promising_periods(fit, noises)
-    scale = replace(fit.response.scale, periods=of_load, motor_periods=of_motor)
+    noises, scale = noise_screens(fit), fit.response.scale
+    if any(begins_with_periods(form, scale) for form in forms):
+        of_load, of_motor = promising_periods(fit, noises)
+        scale = replace(scale, periods=of_load, motor_periods=of_motor)
 
     def promising(one: tuple[Form, Sequence[float]]) -> Start:
         form, values = one
@@ -45,6 +50,13 @@ def screened(fit: JointFit, forms: Sequence[Form]) -> list[Start]:
         return Start(form, tuple(values), tuple(noise.gain(tangents) for noise in noises))
 
     return each(promising, [(form, values) for form in forms for values in form.starts(scale)])
+
+
+def begins_with_periods(form: Form, scale: JointScale) -> bool:
+    """Whether a form's starts depend on the periods that a scan finds, long or short."""
+    some = tuple(scale.travel / turns for turns in (1.5, 7.0, 60.0))
+    found = replace(scale, periods=some, motor_periods=some)
+    return list(form.starts(found)) != list(form.starts(scale))
 
 
 def promising_periods(
@@ -67,17 +79,19 @@ def promising_periods(
         positions = (run.w, motor_angle(fit.structure, values, run.v))
         waves.append((positions, np.tanh(speed / (TURNING_SHARE * usual)), run.slope / over))
 
-    def promised(count: float, body: int) -> list[float]:
+    def promised(counts: FloatArray, body: int) -> FloatArray:
+        """Nats (noises, counts)."""
         tangents = []
         for positions, direction, slope in waves:
-            angle = 2 * np.pi * count / travel * positions[body]
-            plain = np.stack([np.sin(angle), np.cos(angle)])
-            tangents.append(np.concatenate([plain, plain * direction]) * slope)
-        return [noise.gain(tangents) for noise in noises]
+            angle = 2 * np.pi / travel * counts[:, None] * positions[body]
+            plain = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+            tangents.append(np.concatenate([plain, plain * direction], axis=1) * slope)
+        return np.stack([noise.gains(tangents) for noise in noises])
 
     def best_of(body: int, kept: int) -> tuple[float, ...]:
         best: set[int] = set()
-        for row in np.array(each(lambda count: promised(count, body), list(cycles))).T:
+        parts = [cycles[i : i + WAVES_AT_ONCE] for i in range(0, len(cycles), WAVES_AT_ONCE)]
+        for row in np.concatenate(each(lambda part: promised(part, body), parts), axis=1):
             padded = np.concatenate([[-np.inf], row, [-np.inf]])
             peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
             best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:kept]]}

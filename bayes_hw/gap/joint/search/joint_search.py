@@ -68,7 +68,8 @@ class JointAnswer:
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
     frequency in time that was taken out of the records of both; with limits that have `fallen` in every
     record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
-    error asks for that. A search that was `cut_short` had no time left to look further."""
+    error asks for that. A search that was `cut_short` had no time left to grow G, to look further, or to
+    begin again clear of the dead zone."""
 
     fit: JointFit
     base: JointFit
@@ -100,8 +101,6 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     much time for that as it took before."""
     told, at_first = say or silent, seconds_left()
     found = _searched(records, records, told)
-    if seconds_left() < 0.5 * at_first:
-        return found
     laws = any(effect.ports is not None for effect in found.fit.response.template)
     unnamed = not laws and leaves_a_cause(found.fit)
     if found.fit.response.cause is None and not unnamed:
@@ -109,6 +108,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     clear = clear_of_zone(found.fit, records)
     if clear is None:
         return found
+    if seconds_left() < 0.5 * at_first:
+        return replace(found, cut_short=True)
     told("what a slow error may shift into the dead zone is left out")
     return replace(_searched(clear, records, told), clear_of_zone=True)
 
@@ -117,6 +118,7 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
     """`search` of records, which are `whole` but for samples that are left out."""
     with at_most(GROWN * seconds_left()):
         base, readings = _begun(records, told)
+        unfinished = time_is_up()
     base, known = with_known_inputs(base)
     for one in known:
         told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
@@ -124,16 +126,40 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
         readings = read_faults(base)
         if readings.nats:
             base = weighted(base, readings.weights)
-    found = _explained(base, readings, whole, told)
-    tone = tone_in(base)
-    if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
-        told(f"a line at {tone.frequency_hz:.3g} Hz: {log_evidence(tone.without.score - base.score)}")
-        without, found = found, _explained(tone.without, readings, whole, told)
-        nats = {**found.nats, OTHER: found.fit.score - max(base.score, without.fit.score)}
-        found = replace(found, nats=nats, tone=tone)
-    elif found.base.response.weights is base.response.weights:
-        found = _beside_fallen_limits(found, told)
-    return replace(found, known=known)
+    trials, tone = one_more(base), tone_in(base)
+    if tone is not None and _leads(tone, base, trials):
+        found = _beside_tone(tone, base, highest([base, *trials]), readings, whole, told)
+    else:
+        found = _explained(base, trials, readings, whole, told)
+        if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
+            found = _beside_tone(tone, base, found.fit, readings, whole, told)
+        elif found.base.response.weights is base.response.weights:
+            found = _beside_fallen_limits(found, told)
+    return replace(found, known=known, cut_short=found.cut_short or unfinished)
+
+
+def _leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
+    """Whether a motion of one frequency in time explains so much of a base's residual that no label alone is
+    a contender, as of labels among each other."""
+    gained = tone.without.score - base.score
+    most = max((trial.score - base.score for trial in trials), default=0.0)
+    return gained > VERIFIED_NATS and most < CONTEST_SHARE * gained
+
+
+def _beside_tone(
+    tone: Tone,
+    base: JointFit,
+    instead: JointFit,
+    readings: Readings,
+    whole: Sequence[Record],
+    told: Callable[[str], None],
+) -> JointAnswer:
+    """What is found once a tone is taken out of the records, which is worth what it leads over the best
+    explanation that stands `instead` of it."""
+    told(f"a line at {tone.frequency_hz:.3g} Hz: {log_evidence(tone.without.score - base.score)}")
+    found = _explained(tone.without, one_more(tone.without), readings, whole, told)
+    nats = {**found.nats, OTHER: found.fit.score - max(base.score, instead.score)}
+    return replace(found, nats=nats, tone=tone)
 
 
 def _beside_fallen_limits(found: JointAnswer, told: Callable[[str], None]) -> JointAnswer:
@@ -158,12 +184,17 @@ def _beside_fallen_limits(found: JointAnswer, told: Callable[[str], None]) -> Jo
 
 
 def _explained(
-    base: JointFit, readings: Readings, whole: Sequence[Record], told: Callable[[str], None]
+    base: JointFit,
+    trials: Sequence[JointFit],
+    readings: Readings,
+    whole: Sequence[Record],
+    told: Callable[[str], None],
 ) -> JointAnswer:
-    """Effects found over a cascade without any, pruned and verified; a label that begins nearly as well as
-    the best one is followed to its end as well: which of them is better may show only there."""
+    """Effects found over a cascade without any, of which `trials` are the best single ones, pruned and
+    verified; a label that begins nearly as well as the best one is followed to its end as well: which of them
+    is better may show only there."""
     begun = FollowedPath(base, base, readings)
-    contenders, alone = _contenders(begun, told)
+    contenders, alone = _contenders(begun, trials, told)
     rivals = {label: one.score - base.score for label, one in alone.items()}
     for path in contenders:
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
@@ -283,12 +314,11 @@ def is_followed(fit: JointFit, without: JointFit) -> bool:
 
 
 def _contenders(
-    begun: FollowedPath, say: Callable[[str], None]
+    begun: FollowedPath, trials: Sequence[JointFit], say: Callable[[str], None]
 ) -> tuple[list[FollowedPath], dict[str, JointFit]]:
     """The best explanations by one label, best first, and every label's; simulations are held against
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
-    trials = one_more(fit)
     settled = [as_seen(one) for one in _settled(fit, trials, say)]
     paths = []
     for one in settled:
@@ -329,7 +359,9 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         path = replace(path, fit=best, settled=False).reread()
-    fit = within_sample(pruned(delayed(pruned(path.fit))))
+    first = pruned(path.fit)
+    later = delayed(first)
+    fit = within_sample(later if later is first else pruned(later))
     say(f"pruned: {described(fit)}")
     base, fit, readings = read_again(
         path.base, fit, path.readings, lambda f, again: weighted(f, again.weights)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.structure_moves import pruned
@@ -84,7 +86,11 @@ def _over_the_g_of(
     if not begun:
         return None
     trial = highest([within_sample(one) for one in begun])
-    fit = as_seen(pruned(within_sample(with_what_it_asks(trial, best.base, told))))
+    fit = within_sample(with_what_it_asks(trial, best.base, told))
+    if fit.log_likelihood - best.base.score <= path.gained:
+        # Pruning saves no more than the price of all there is.
+        return []
+    fit = as_seen(pruned(fit))
     other = replace(best, fit=fit.led_by(path.begun_with))
     if other.gained <= path.gained:
         return None
@@ -98,7 +104,7 @@ def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], Non
         replace(path, fit=as_seen(fit))
         for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True)
         for fit in fits
-        if not is_hidden_friction(fit)
+        if np.isfinite(fit.score) and not is_hidden_friction(fit)
     ]
     best = best_of_each_label([*paths, *by_exchange])
     for path in best:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
+from bayes_hw.gap.joint.decision.given_decision import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, JointEvidence, decide, decide_jointly
 from bayes_hw.gap.joint.residuals.remainder import Remainder
@@ -78,6 +79,18 @@ def test_a_search_cut_short_is_less_sure_of_what_it_named() -> None:
     assert less["friction"] <= 0.7 < 0.9 < whole["friction"]
     assert less["outliers"] == whole["outliers"]
     assert decide(cut).answer == decide(found).answer
+
+
+@pytest.mark.parametrize("calibration", [JointCalibration.built_in(), GivenCalibration.built_in()])
+def test_a_search_cut_short_is_not_sure_that_nothing_is_there(calibration: JointCalibration) -> None:
+    """Nor, around a given model, of what it named."""
+    found = JointEvidence({}, {}, {}, 0.0, (), Remainder(0, 0.0))
+    whole, less = (decide(one, calibration).probability for one in (found, replace(found, cut_short=True)))
+    assert less["none"] <= 0.7 < 0.9 < whole["none"]
+    assert sum(less.values()) == pytest.approx(1.0)
+    assert less["other"] > whole["other"]
+    named = replace(found, nats={"friction": 2000.0}, labels=("friction",), own=2000.0, cut_short=True)
+    assert decide(named, calibration).probability["friction"] <= 0.7
 
 
 def test_colour_that_nothing_explains_has_no_name() -> None:

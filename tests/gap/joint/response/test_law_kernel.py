@@ -22,10 +22,10 @@ def test_derivatives_are_those_of_the_value(law: int, q: float) -> None:
     with_memory = law in (K.BRISTLE, K.SLIP)
 
     def value(x: np.ndarray) -> float:
-        torque, memory, *_ = law_of(law, *x, 0.5)
+        torque, memory, *_ = law_of(law, *x, 0.5, False)
         return float(memory if with_memory else torque)
 
-    _, _, by_q, by_w, by_t0, by_t1, by_t2, by_memory = law_of(law, *at, 0.5)
+    _, _, by_q, by_w, by_t0, by_t1, by_t2, by_memory = law_of(law, *at, 0.5, True)
     for i, given in enumerate((by_q, by_w, by_t0, by_t1, by_t2, by_memory)):
         step = STEP * np.eye(6)[i]
         assert given == pytest.approx((value(at + step) - value(at - step)) / (2 * STEP), abs=1e-7)
@@ -35,10 +35,10 @@ def test_derivatives_are_those_of_the_value(law: int, q: float) -> None:
 def test_a_torque_follows_its_memory(law: int) -> None:
     """By both derivatives, over a step in which the memory does not change of itself."""
     grip = 0.6
-    torque, memory, *_ = law_of(law, 0.0, 0.0, grip, 0.0, 0.0, 0.2, 1.0)
+    torque, memory, *_ = law_of(law, 0.0, 0.0, grip, 0.0, 0.0, 0.2, 1.0, False)
     by_memory, by_grip = torque_of_memory(law, memory, grip)
-    other, *_ = law_of(law, 0.0, 0.0, grip, 0.0, 0.0, 0.2 + STEP, 1.0)
-    wider, *_ = law_of(law, 0.0, 0.0, grip + STEP, 0.0, 0.0, 0.2, 1.0)
+    other, *_ = law_of(law, 0.0, 0.0, grip, 0.0, 0.0, 0.2 + STEP, 1.0, False)
+    wider, *_ = law_of(law, 0.0, 0.0, grip + STEP, 0.0, 0.0, 0.2, 1.0, False)
     assert by_memory == pytest.approx((other - torque) / STEP, rel=1e-4)
     assert by_grip == pytest.approx((wider - torque) / STEP, abs=1e-4)
 

@@ -8,11 +8,11 @@ import numpy as np
 from joint_axis import CASCADE, SIGMA, STRUCTURE, command, form, measured, record, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import COARSE_TURNS, TURN_STEP
+from bayes_hw.gap.joint.forms.effect_form import COARSE_TURNS, FORMS, TURN_STEP, JointScale
 from bayes_hw.gap.joint.response.effect_paths import motor_angle
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.search.effect_screen import Start, screened
+from bayes_hw.gap.joint.search.effect_screen import Start, begins_with_periods, screened
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
@@ -77,3 +77,9 @@ def test_no_period_is_taken_that_rounding_has() -> None:
     kept, _ = _starts(ROUNDED)
     assert min(map(_period, shorter)) < ROUNDED
     assert kept and min(map(_period, kept)) >= ROUNDED
+
+
+def test_only_forms_that_begin_with_periods_ask_for_a_scan() -> None:
+    scale = JointScale(speed=0.4, gain=0.05, travel=30.0, sigma=0.01, samples=2400, rate_hz=20.0)
+    labels = {one.label for one in FORMS if begins_with_periods(one, scale)}
+    assert labels == {"torque_ripple", "encoder_eccentricity"}
