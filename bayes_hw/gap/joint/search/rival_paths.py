@@ -89,7 +89,7 @@ def _over_the_g_of(
     fit = within_sample(with_what_it_asks(trial, best.base, told))
     if fit.log_likelihood - best.base.score <= path.gained:
         # Pruning saves no more than the price of all there is.
-        return []
+        return None
     fit = as_seen(pruned(fit))
     other = replace(best, fit=fit.led_by(path.begun_with))
     if other.gained <= path.gained:
