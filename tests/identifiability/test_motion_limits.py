@@ -6,18 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kept_limits import keeps_to
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
 from bayes_hw.identifiability.motion_limits import MotionLimits, kept_within, limits_for
 from bayes_hw.record import Record
-
-
-def keeps_to(limits: MotionLimits, u: FloatArray, rate_hz: float) -> bool:
-    """Whether a command (samples,), from rest to rest, keeps to both limits (to rounding)."""
-    steps = np.abs(np.diff(u, prepend=0.0, append=0.0)) * rate_hz
-    slack = 1 + 1e-9
-    return bool(np.abs(u).max() <= limits.velocity * slack and steps.max() <= limits.acceleration * slack)
 
 
 @given(st.lists(st.floats(-5, 5), min_size=1, max_size=60), st.floats(0.1, 4), st.floats(0.5, 200))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from identifiability.conftest import swinging
+from kept_limits import keeps_to
 
 from bayes_hw.errors import InputError
 from bayes_hw.identifiability.excitation_families import Circumstances, Family, Setting
@@ -47,7 +48,7 @@ def design(posterior: Posterior, record: Record) -> Design:
 def test_candidates_keep_to_the_limits(design: Design) -> None:
     assert len(design.candidates) == 5
     for candidate in design.candidates:
-        assert LIMITS.allow(candidate.u, 20.0), candidate.label
+        assert keeps_to(LIMITS, candidate.u, 20.0), candidate.label
     assert LIMITS.hold(design.outputs)
     assert len(design.winner.u) == 800
 

@@ -64,7 +64,9 @@ def test_a_walk_is_a_cause_of_the_noise() -> None:
         for r in measured((), LONG, (1, 2))
     ]
     base = at_the_truth(records)
-    found = joint_search._explained(base, read_faults(base), records, joint_search.silent)
+    found = joint_search._explained(
+        base, joint_search.one_more(base), read_faults(base), records, joint_search.silent
+    )
     assert set(found.fit.labels) == {WALK} == set(found.nats)
     assert min(found.nats.values()) > 25
     assert found.remainder.order == 1 and found.remainder.coloured == 0
@@ -142,10 +144,9 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
     readings: Any = SimpleNamespace(nats={"timing_jitter": 90.0})
     begun = FollowedPath(plain, plain, readings)
     trials = [trial(leader, 96.0), trial("rate_limit", 34.0), trial("gain_drift", 30.0)]
-    monkeypatch.setattr(joint_search, "one_more", lambda _: trials)
     monkeypatch.setattr(joint_search, "_settled", lambda *_: trials)
     monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
     monkeypatch.setattr(joint_search, "finer", lambda one: one)
     monkeypatch.setattr(joint_search, "corrected", lambda one, _: one)
-    contenders, _ = joint_search._contenders(begun, joint_search.silent)
+    contenders, _ = joint_search._contenders(begun, trials, joint_search.silent)
     assert [path.begun_with for path in contenders] == followed
