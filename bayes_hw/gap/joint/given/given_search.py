@@ -49,6 +49,7 @@ from bayes_hw.gap.joint.search.joint_search import (
     JointAnswer,
     silent,
 )
+from bayes_hw.gap.joint.search.period_anew import with_period_anew
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.experiment import white_noise_level
@@ -221,7 +222,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
             if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
                 trail = caused
     rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
-    fit, base = exchanged(trail.fit, rivals, say), trail.base
+    fit, base = with_period_anew(exchanged(trail.fit, rivals, say)), trail.base
     if fit.response.cause is not None:
         fit, causes = likelier(fit, base, trail.whole.response.records)
         rivals |= causes

@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.gap.joint.search.period_anew import with_period_anew
 from bayes_hw.gap.joint.search.rival_paths import (
     MOST_STEPS,
     as_seen,
@@ -209,6 +210,7 @@ def _explained(
         ended = begun_anew(ended, told)
     if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
         ended = with_exchanged_laws(ended, told)
+    ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
     fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
