@@ -9,6 +9,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import raced
+from bayes_hw.gap.joint.fit.unreached_limits import NEAR, TOUCHING
 from bayes_hw.gap.joint.given.given_model import STATIC
 from bayes_hw.gap.joint.given.given_moves import best_of
 from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
@@ -38,13 +39,27 @@ def mode_starts(fit: GivenFit, number: int) -> list[GivenFit]:
     return _begun(fit, slice(at, at + 2), [np.array([x * sd, 0.0]) for x in DEVIATIONS])
 
 
+def unreached_starts(fit: GivenFit) -> list[GivenFit]:
+    """The fit with limits that lie NEAR within the largest command beyond all of them, where the prior is
+    largest there: each of them and both, not descended. A descent stays within, on a kink that a few samples
+    make."""
+    reach = fit.response.reach
+    rows = [row for row in range(LIMITS) if reach[row] - NEAR < fit.theta[row] <= reach[row]]
+    starts = []
+    for chosen in (list(some) for size in (1, 2) for some in itertools.combinations(rows, size)):
+        coordinates = fit.point.coordinates.copy()
+        coordinates[chosen] = np.maximum(0.0, reach[chosen] + TOUCHING)
+        starts.append(GivenFit(fit.response, evaluate(fit.response, coordinates)))
+    return starts
+
+
 def with_base_anew(fit: GivenFit) -> GivenFit:
     """The best of the fit and of those begun from other limits and other frequencies: what was added since
     they were found may have moved them."""
     starts = limit_starts(fit)[:RACED]
     for number in range(len(fit.response.given.modes)):
         starts += mode_starts(fit, number)[:RACED]
-    return best_of([fit, *raced(starts, fit.score)])
+    return best_of([fit, *raced([*starts, *unreached_starts(fit)], fit.score)])
 
 
 def _begun(fit: GivenFit, which: slice, values: list[FloatArray]) -> list[GivenFit]:

@@ -13,7 +13,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import FORMS
-from bayes_hw.gap.joint.given.base_starts import limit_starts, with_base_anew
+from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts, with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
@@ -140,7 +140,8 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
     starts = limit_starts(nominal_fit)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
-    return best_of([fit.descended() for fit in tried[:2]])
+    found = best_of([fit.descended() for fit in tried[:2]])
+    return best_of([found, *(start.descended() for start in unreached_starts(found))])
 
 
 def plainly(fit: GivenFit) -> GivenFit:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import stats
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
+from bayes_hw.gap.joint.given.given_response import DELAY, LIMITS, MODE, GivenFit
 from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     base_units,
@@ -47,6 +48,14 @@ def laplace_given(
     steps = np.zeros((DRAWS, len(centre)))
     steps[:, where[seen]] = (inflation * rng.standard_normal((DRAWS, size)) @ root.T)[:, seen]
     drawn = [fit.response.admissible(centre + step, centre) for step in steps]
+    for row in np.flatnonzero(centre[:LIMITS] > fit.response.reach):
+        # No command reaches the limit: the records say that, its prior the rest.
+        sd = given.prior_sd()[row]
+        beyond = stats.truncnorm.rvs(
+            fit.response.reach[row] / sd, np.inf, scale=sd, size=DRAWS, random_state=rng
+        )
+        for x, value in zip(drawn, beyond, strict=True):
+            x[row] = value
     base: dict[str, list[float]] = {}
     effects: dict[str, list[float]] = {}
     free = np.empty((0, 0))

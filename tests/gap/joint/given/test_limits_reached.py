@@ -8,12 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joint_axis import measured
+from scipy import stats
 from test_given_search import model
 
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
+from bayes_hw.gap.joint.given.base_starts import unreached_starts
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Units
 
 SAMPLES = 400
 LARGEST = 0.33
@@ -53,3 +57,24 @@ def test_a_limit_beyond_is_found_from_where_commands_reach_it(base: GivenFit) ->
 
 def test_where_all_are_reached_nothing_moves(base: GivenFit) -> None:
     assert base.with_limits_reached() is base
+
+
+def test_a_limit_just_within_the_largest_command_is_begun_beyond_it(base: GivenFit) -> None:
+    """One that lies deep within is not."""
+    assert unreached_starts(base) == []
+    coordinates = base.point.coordinates.copy()
+    coordinates[1] = base.response.reach[1] - 0.002
+    within = replace(base, point=evaluate(base.response, coordinates))
+    (start,) = unreached_starts(within)
+    assert start.point.coordinates[1] == 0.0
+    assert np.array_equal(start.point.coordinates[2:], coordinates[2:])
+
+
+def test_draws_of_a_limit_that_no_command_reaches_are_its_prior_beyond_them(base: GivenFit) -> None:
+    """Each half of the prior that is left, by its quantiles; one that is reached is where it was."""
+    drawn = laplace_given(unreached(base), Units(), np.random.default_rng(3))
+    upper = np.log(np.abs(drawn.base["saturation.upper"]) / 0.36)
+    reach, sd = base.response.reach[1], base.response.given.prior_sd()[1]
+    assert upper.min() >= reach - 1e-9
+    assert stats.kstest(upper, stats.truncnorm(reach / sd, np.inf, scale=sd).cdf).pvalue > 1e-3
+    assert np.ptp(drawn.base["saturation.lower"]) < 0.1 * abs(base.values.cascade.lower)
