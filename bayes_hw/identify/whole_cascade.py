@@ -219,7 +219,7 @@ def _enough_to_simulate(items: Iterable[Grown]) -> Grown:
     the likelihood that a model with misfit is sampled by, that of white noise to the power 1 / tau (Gao and
     Song 2010, doi 10.1198/jasa.2010.tm09414), tau the samples of the best fit that are worth one.
     """
-    plain = sorted((item.on_plain_residuals() for item in items), key=lambda item: item.structure.order)
+    plain = sorted((item.on_plain_residuals for item in items), key=lambda item: item.structure.order)
     plain = [item for item in plain if forgets_within(item.values, item.response.records)] or plain
     best = min((item.point for item in plain), key=lambda point: point.rms)
     worth = best.samples / samples_worth_one(best.residuals)
@@ -278,7 +278,7 @@ def _simulating(item: Grown) -> Grown:
     """
     if not absorbed(item):
         return item
-    plain = item.on_plain_residuals()
+    plain = item.on_plain_residuals
     return plain if item.point.rms > CARRIED * plain.point.rms else item
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bayes_hw.entrance import enter
 from bayes_hw.errors import InputError
@@ -16,9 +15,6 @@ from bayes_hw.simulators.declaration import Declaration
 from bayes_hw.simulators.edits import package
 from bayes_hw.simulators.recentring import Recentring
 from bayes_hw.simulators.simulator_file import SimulatorFile
-
-if TYPE_CHECKING:
-    pass
 
 MODELS = (".xml", ".mjcf", ".urdf")
 CORRECTED = "corrected"

@@ -87,7 +87,7 @@ def plain_cascade(order: int, pole: float, rms: float, samples: int = 400) -> An
         point=SimpleNamespace(rms=rms, residuals=residuals, samples=samples),
         response=SimpleNamespace(records=[np.zeros(samples)]),
     )
-    item.on_plain_residuals = lambda: item
+    item.on_plain_residuals = item
     return item
 
 

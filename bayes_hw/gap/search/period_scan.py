@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import fftconvolve
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, highest_peaks
 from bayes_hw.gap.effects.effect import PeriodicEffect
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.whitener import Whitener
@@ -45,9 +45,7 @@ class PeriodScan:
 
     def peaks(self) -> list[int]:
         """Where the reduction is that of a local maximum, the largest first."""
-        padded = np.concatenate([[-np.inf], self.reductions, [-np.inf]])
-        at = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-        return [int(i) for i in at[np.argsort(-self.reductions[at], kind="stable")]]
+        return [int(i) for i in highest_peaks(self.reductions)]
 
 
 def scan_periods(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -155,6 +156,7 @@ class Grown:
         """The same cascade with noise of orders up to `most_noise`."""
         return Grown.at(self.structure, self.values, self.response.records, most_noise)
 
+    @cached_property
     def on_plain_residuals(self) -> Grown:
         """The likelier of what it grew as on plain residuals and a descent on those from where it is."""
         descended = self.under_noise(0).descended()

@@ -45,12 +45,8 @@ def unreached_starts(fit: GivenFit) -> list[GivenFit]:
     make."""
     reach = fit.response.reach
     rows = [row for row in range(LIMITS) if reach[row] - NEAR < fit.theta[row] <= reach[row]]
-    starts = []
-    for chosen in (list(some) for size in (1, 2) for some in itertools.combinations(rows, size)):
-        coordinates = fit.point.coordinates.copy()
-        coordinates[chosen] = np.maximum(0.0, reach[chosen] + TOUCHING)
-        starts.append(GivenFit(fit.response, evaluate(fit.response, coordinates)))
-    return starts
+    several = (list(some) for size in (1, 2) for some in itertools.combinations(rows, size))
+    return [_at(fit, chosen, np.maximum(0.0, reach[chosen] + TOUCHING)) for chosen in several]
 
 
 def with_base_anew(fit: GivenFit) -> GivenFit:
@@ -63,9 +59,10 @@ def with_base_anew(fit: GivenFit) -> GivenFit:
 
 
 def _begun(fit: GivenFit, which: slice, values: list[FloatArray]) -> list[GivenFit]:
-    starts = []
-    for own in values:
-        coordinates = fit.point.coordinates.copy()
-        coordinates[which] = own
-        starts.append(GivenFit(fit.response, evaluate(fit.response, coordinates)))
-    return sorted(starts, key=lambda start: start.point.rms)
+    return sorted((_at(fit, which, own) for own in values), key=lambda start: start.point.rms)
+
+
+def _at(fit: GivenFit, which: slice | list[int], own: FloatArray) -> GivenFit:
+    coordinates = fit.point.coordinates.copy()
+    coordinates[which] = own
+    return GivenFit(fit.response, evaluate(fit.response, coordinates))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, highest_peaks
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import Form, JointScale, scanned_cycles
@@ -92,9 +92,7 @@ def promising_periods(
         best: set[int] = set()
         parts = [cycles[i : i + WAVES_AT_ONCE] for i in range(0, len(cycles), WAVES_AT_ONCE)]
         for row in np.concatenate(each(lambda part: promised(part, body), parts), axis=1):
-            padded = np.concatenate([[-np.inf], row, [-np.inf]])
-            peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
-            best |= {int(i) for i in peaks[np.argsort(-row[peaks])[:kept]]}
+            best |= {int(i) for i in highest_peaks(row)[:kept]}
         return tuple(float(travel / cycles[i]) for i in sorted(best))
 
     return best_of(0, PERIODS_KEPT), best_of(1, MOTOR_PERIODS_KEPT)

@@ -13,7 +13,7 @@ from typing import cast
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.arrays import FloatArray, IntArray, highest_peaks
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
@@ -61,8 +61,6 @@ def promising(fit: JointFit, form: Form) -> list[tuple[float, ...]]:
     found: dict[tuple[float, ...], None] = {}
     for noise in range(len(noises)):
         row = np.array([gains[noise] for gains, _ in asked])
-        padded = np.concatenate([[-np.inf], row, [-np.inf]])
-        peaks = np.flatnonzero((row >= padded[:-2]) & (row >= padded[2:]))
-        for i in peaks[np.argsort(-row[peaks])[:TRIED]]:
+        for i in highest_peaks(row)[:TRIED]:
             found[starts[i][asked[i][1][noise]]] = None
     return list(found)
