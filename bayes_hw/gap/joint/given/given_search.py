@@ -214,7 +214,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = best_of([trail.fit, *slow_causes(trail.fit)])
-            if beside.score > trail.fit.score + asked_of(beside, trail.readings):
+            if beside.score > trail.fit.score + asked_of(beside, trail.base, trail.readings):
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")
@@ -308,7 +308,7 @@ def _followed(
             fit = best_of([base, best])
             say("a function of position explains far more")
             break
-        doubtful = is_doubtful(best, fit, readings)
+        doubtful = is_doubtful(best, fit, base, readings)
         if best.score <= fit.score or (doubtful and fit.labels):
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")

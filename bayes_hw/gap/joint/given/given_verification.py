@@ -33,16 +33,16 @@ def verified(
             weakest = fit.added[-1]
         else:
             weakest = min(nats, key=lambda label: nats[label])
-            if nats[weakest] >= asked_of(fit, readings):
+            if nats[weakest] >= asked_of(fit, base, readings):
                 return fit, nats
         fit = rest[weakest]
     return fit, {}
 
 
-def is_doubtful(best: GivenFit, fit: GivenFit, readings: Readings) -> bool:
+def is_doubtful(best: GivenFit, fit: GivenFit, base: GivenFit, readings: Readings) -> bool:
     """Whether one label more is worth too little to be verified. Beside such a first one nothing further is
     looked for."""
-    return len(best.labels) > len(fit.labels) and best.score < fit.score + asked_of(best, readings)
+    return len(best.labels) > len(fit.labels) and best.score < fit.score + asked_of(best, base, readings)
 
 
 def is_too_small(fit: GivenFit) -> bool:

@@ -213,7 +213,7 @@ def _explained(
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
-    fit, nats = verified(best.fit, [best.base, *alone.values()], best.readings, told)
+    fit, nats = verified(best.fit, best.base, list(alone.values()), best.readings, told)
     instead = [path for path in instead if path is not best or path.begun_with in fit.labels]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     best = replace(best, fit=fit)
@@ -353,7 +353,9 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         best = fit if path.settled else corrected(structural(fit), fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             further = [
-                t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.readings)
+                t
+                for t in one_more(fit)
+                if t.score >= fit.score + HALFWAY * asked_of(t, path.base, path.readings)
             ]
             best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
         best = finer(best)

@@ -22,25 +22,35 @@ which is something that no label explains. Also of every label where the noise h
 stands beside it: forms follow slow noise a little. So they do in observer form, whose readings follow any
 torque."""
 
+FORM_SHARE = 0.04
+"""Of the nats that an explanation of several labels gains, that each must be worth: no form is exact, and
+what its error leaves grows with what it explains."""
 
-def asked_of(fit: JointFit, readings: Readings) -> float:
-    """Nats that a label of this fit must be worth."""
-    beside = fit.response.cause is not None and len(fit.labels) > 1
+
+def asked_of(fit: JointFit, base: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth, which explains what a `base` without labels does not."""
+    several = len(set(fit.labels)) > 1
+    beside = fit.response.cause is not None and several
     doubtful = readings.nats or fit.noise_order > 1 or beside or fit.observer is not None
-    return VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+    asked = VERIFIED_BESIDE_NATS if doubtful else VERIFIED_NATS
+    return max(asked, FORM_SHARE * (fit.score - base.score)) if several else asked
 
 
 def verified(
-    fit: JointFit, others: Sequence[JointFit], readings: Readings, say: Callable[[str], None]
+    fit: JointFit,
+    base: JointFit,
+    others: Sequence[JointFit],
+    readings: Readings,
+    say: Callable[[str], None],
 ) -> tuple[JointFit, dict[str, float]]:
     """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
 
-    Any of the `others`, of the labels that are left and under the same weights, may do better than that. A
-    label without which the noise has a cause that nothing names is held against that cause, not against
-    nothing: it stays where it is likelier. In observer form the readings themselves follow that cause, and
-    the last label must be worth more than their following is.
+    The `base` has none; any of the `others`, of the labels that are left and under the same weights, may do
+    better than that. A label without which the noise has a cause that nothing names is held against that
+    cause, not against nothing: it stays where it is likelier. In observer form the readings themselves follow
+    that cause, and the last label must be worth more than their following is.
     """
-    bare = [one for one in others if not one.labels and one.observer is None]
+    bare = [one for one in (base, *others) if not one.labels and one.observer is None]
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
@@ -48,12 +58,14 @@ def verified(
         for label, without in zip(
             fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
         ):
-            same = [o for o in others if o.labels == without.labels and o.response.weights is weights]
+            same = [
+                o for o in (base, *others) if o.labels == without.labels and o.response.weights is weights
+            ]
             alternatives.append(highest([without, *same]))
             nats[label] = fit.score - alternatives[-1].score
         say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        asked = asked_of(fit, readings)
+        asked = asked_of(fit, base, readings)
         if fit.observer is not None and len(fit.labels) == 1:
             asked = max(asked, alternatives[weakest].score - highest(bare).score)
         if fit.observer is None and leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):

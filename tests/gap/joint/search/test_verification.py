@@ -24,7 +24,7 @@ def test_a_label_is_held_against_what_would_be_said_without_it(
     monkeypatch.setattr(verification, "regrown", lambda one: one)
     monkeypatch.setattr(verification, "leaves_a_cause", lambda one: unnamed and one is plain)
     readings: Any = SimpleNamespace(nats={})
-    kept, nats = verification.verified(fit, [], readings, lambda _: None)
+    kept, nats = verification.verified(fit, plain, [], readings, lambda _: None)
     assert (kept is fit) == unnamed
     assert nats == ({"wind": 17.0} if unnamed else {})
 
@@ -36,15 +36,42 @@ def test_more_is_asked_where_noise_has_a_cause_beside_an_effect() -> None:
 
     def fit(labels: tuple[str, ...], cause: str | None, order: int = 1, observer: int | None = None) -> Any:
         response = SimpleNamespace(cause=cause)
-        return SimpleNamespace(labels=labels, noise_order=order, response=response, observer=observer)
+        return SimpleNamespace(
+            labels=labels, noise_order=order, response=response, observer=observer, score=400.0
+        )
 
-    assert asked_of(fit(("friction",), None), sound) == VERIFIED_NATS
-    assert asked_of(fit(("wind",), WIND), sound) == VERIFIED_NATS
-    assert asked_of(fit(("transport_delay", "friction"), None), sound) == VERIFIED_NATS
-    assert asked_of(fit(("wind", "friction"), WIND), sound) == VERIFIED_BESIDE_NATS
-    assert asked_of(fit(("friction",), None, order=5), sound) == VERIFIED_BESIDE_NATS
-    assert asked_of(fit(("friction",), None, observer=0), sound) == VERIFIED_BESIDE_NATS
-    assert asked_of(fit(("friction",), None), rounded) == VERIFIED_BESIDE_NATS
+    base = fit((), None)
+
+    assert asked_of(fit(("friction",), None), base, sound) == VERIFIED_NATS
+    assert asked_of(fit(("wind",), WIND), base, sound) == VERIFIED_NATS
+    assert asked_of(fit(("transport_delay", "friction"), None), base, sound) == VERIFIED_NATS
+    assert asked_of(fit(("wind", "friction"), WIND), base, sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None, order=5), base, sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None, observer=0), base, sound) == VERIFIED_BESIDE_NATS
+    assert asked_of(fit(("friction",), None), base, rounded) == VERIFIED_BESIDE_NATS
+
+
+@pytest.mark.parametrize(("second", "kept"), [(67.0, False), (304.0, True)])
+def test_what_mends_the_form_of_an_explanation_is_no_label(
+    second: float, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A label beside one that gains thousands of nats must be worth a share of them; alone it need not."""
+    response: Any = SimpleNamespace(weights=None, cause=None)
+
+    def fit(labels: tuple[str, ...], score: float) -> Any:
+        return SimpleNamespace(labels=labels, noise_order=1, score=score, observer=None, response=response)
+
+    base, alone, other = fit((), 0.0), fit(("backlash",), 2000.0), fit(("friction",), 400.0)
+    both = fit(("backlash", "friction"), 2000.0 + second)
+    both.without = lambda label: alone if label == "friction" else other
+    alone.without = other.without = lambda _: base
+    monkeypatch.setattr(verification, "regrown", lambda one: one)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda _: False)
+    readings: Any = SimpleNamespace(nats={})
+    answer, nats = verification.verified(both, base, [], readings, lambda _: None)
+    assert answer is (both if kept else alone)
+    assert nats["backlash"] >= 1600
+    assert asked_of(other, base, readings) == VERIFIED_NATS
 
 
 @pytest.mark.parametrize("worth", [100.0, 200.0])
@@ -60,5 +87,5 @@ def test_what_readings_follow_is_held_against_their_following(
     monkeypatch.setattr(verification, "regrown", lambda one: one)
     monkeypatch.setattr(verification, "leaves_a_cause", lambda one: one is not fit)
     readings: Any = SimpleNamespace(nats={})
-    kept, nats = verification.verified(fit, [bare], readings, lambda _: None)
+    kept, nats = verification.verified(fit, bare, [], readings, lambda _: None)
     assert (kept, nats) == ((fit, {"torque_ripple": worth}) if worth > 150 else (bare, {}))
