@@ -1,7 +1,8 @@
-"""Names for the array types that public signatures use, and the stretches of a mask."""
+"""Names for the array types that public signatures use, stretches of a mask, peaks, and robust spreads."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -17,6 +18,20 @@ def stretches_of(mask: BoolArray) -> tuple[IntArray, IntArray]:
     """First samples of the stretches that a mask (samples,) marks, and one past their last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return edges[::2], edges[1::2]
+
+
+def robust_sigma(values: FloatArray) -> float:
+    """Standard deviation of normal values about zero whose sizes have the median seen; NaN where all are NaN.
+
+    1.4826 = 1 / Phi^-1(3 / 4) times the median of the absolute values; NaN are left out.
+    """
+    return 1.4826 * float(np.nanmedian(np.abs(values)))
+
+
+def white_sigma(outputs: Sequence[FloatArray]) -> float:
+    """Standard deviation of white noise whose third differences have the median seen (1 + 9 + 9 + 1 = 20
+    times its variance); outputs are NaN where nothing was measured."""
+    return robust_sigma(np.concatenate([np.diff(y, 3) for y in outputs])) / float(np.sqrt(20.0))
 
 
 def highest_peaks(values: FloatArray) -> IntArray:

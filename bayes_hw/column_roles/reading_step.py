@@ -15,12 +15,6 @@ INVISIBLE = 0.05
 """A decimal step below this share of the noise is how the file was printed."""
 
 
-def white_sigma(outputs: Sequence[FloatArray]) -> float:
-    """Standard deviation of white noise whose third differences have the median seen."""
-    third = np.concatenate([np.diff(y, 3) for y in outputs])
-    return 1.4826 * float(np.median(np.abs(third))) / float(np.sqrt(20.0))
-
-
 def resolution(outputs: Sequence[FloatArray], sigma: float) -> float | None:
     """The step of which all readings of an output are multiples, None where there is none.
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
-from bayes_hw.column_roles.reading_step import resolution, white_sigma
+from bayes_hw.arrays import FloatArray, white_sigma
+from bayes_hw.column_roles.reading_step import resolution
 from bayes_hw.errors import InputError
 from bayes_hw.first_look.advice import Advice, advice
 from bayes_hw.first_look.delay import delay

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray, white_sigma
 from bayes_hw.errors import InputError
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.holes import without_past
@@ -171,12 +171,9 @@ def white_noise_level(outputs: Sequence[FloatArray]) -> float:
 
     Outputs are NaN where nothing was measured.
     """
-    third = np.concatenate([np.diff(y, 3) for y in outputs])
-    third = third[~np.isnan(third)]
     steps = np.abs(np.concatenate([np.diff(y) for y in outputs]))
-    level = 1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0)
     resolution = float(steps[steps > 0].min()) / np.sqrt(12.0)
-    return max(level, resolution)
+    return max(white_sigma(outputs), resolution)
 
 
 def _moving(y: FloatArray, threshold: float) -> FloatArray:

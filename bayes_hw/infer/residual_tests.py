@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, robust_sigma
 from bayes_hw.identify.feedback import FeedbackTest, feedback_test
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.identify.noise import autoregression_from_partial, burg
@@ -99,7 +99,7 @@ FARTHEST = 8.0
 def reach(values: Sequence[FloatArray]) -> float:
     """WINSOR robust standard deviations of what of `values` was measured: where outliers are drawn in to
     (Huber's pseudo-data)."""
-    return WINSOR * 1.4826 * float(np.median(np.abs(_known(np.concatenate(values)))))
+    return WINSOR * robust_sigma(np.concatenate(values))
 
 
 def examine_residuals(

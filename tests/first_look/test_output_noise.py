@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from simulated_axes import delayed_integrator, linear_twin, measured
 
-from bayes_hw.column_roles.reading_step import resolution, white_sigma
+from bayes_hw.arrays import white_sigma
+from bayes_hw.column_roles.reading_step import resolution
 from bayes_hw.first_look.look import look
 from bayes_hw.first_look.noise import drift
 

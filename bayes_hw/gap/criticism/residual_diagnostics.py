@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import gamma, norm
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, robust_sigma
 from bayes_hw.gap.criticism.block_functions import shapes_of_memories
 from bayes_hw.gap.criticism.free_functions import (
     GAIN,
@@ -222,7 +222,7 @@ def _step(residuals: Sequence[FloatArray], hidden: Sequence[BoolArray]) -> tuple
         if len(middle) < FEWEST_MEANS:
             continue
         change = (sums[middle + STEP_MARGIN] - 2 * sums[middle] + sums[middle - STEP_MARGIN]) / STEP_MARGIN
-        usual = 1.4826 * float(np.median(np.abs(change - np.median(change))))
+        usual = robust_sigma(change - np.median(change))
         at = int(np.argmax(np.abs(change)))
         negative_log_p += max(0.0, 0.5 * (change[at] / max(usual, 1e-300)) ** 2 - LARGEST_USUAL_CHANGE)
         share = float(middle[at]) / len(e)

@@ -12,7 +12,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, robust_sigma
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.random_cause import GLITCHES
 from bayes_hw.gap.noise.state_noise import StateNoise
@@ -135,7 +135,7 @@ def find_glitches(residuals: Sequence[FloatArray]) -> list[BoolArray]:
         neighbours = np.stack([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
         departures.append(e - np.median(neighbours, axis=0))
     every = np.abs(np.concatenate(departures))
-    robust = 1.4826 * float(np.median(every))
+    robust = robust_sigma(every)
     masks = [np.abs(d) > FAR * robust for d in departures]
     share = sum(int(mask.sum()) for mask in masks) / len(every)
     if robust == 0 or share > LARGEST_SHARE or _crowded(masks) > LARGEST_CROWD:

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.signal import welch
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import FloatArray, robust_sigma
 from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.answer.free_function import EffectView, Rows, Seen, viewed
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
@@ -287,7 +287,7 @@ def glitches(seen: Seen, label: str) -> EffectView:
     errors = seen.fit.errors
     at = np.concatenate([np.arange(len(e)) / seen.rate for e in errors])
     joined = np.concatenate(errors)
-    level = 1.4826 * float(np.nanmedian(np.abs(joined)))
+    level = robust_sigma(joined)
     far = np.abs(joined) > 6 * level
     ends = np.array([0.0, float(at.max())])
     return EffectView(

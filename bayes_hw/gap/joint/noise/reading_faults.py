@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, robust_sigma
 from bayes_hw.record import Record
 
 LATTICE_TOLERANCE = 1e-3
@@ -129,7 +129,7 @@ class Glitches:
 def glitches(residuals: Sequence[FloatArray]) -> Glitches:
     """Samples whose residual departs from the median of its neighbours by more than GLITCH_LEVELS."""
     departures = [e - _running_median(e) for e in residuals]
-    level = 1.4826 * float(np.median(np.abs(np.concatenate(departures))))
+    level = robust_sigma(np.concatenate(departures))
     level = max(level, float(np.finfo(float).tiny))
     masks, isolated, nats = [], 0, 0.0
     for d in departures:
