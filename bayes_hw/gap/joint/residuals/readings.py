@@ -187,12 +187,12 @@ def weighted(fit: JointFit, weights: tuple[FloatArray, ...]) -> JointFit:
 def read_again(
     base: AnyFit, fit: AnyFit, readings: Readings, reweighted: Callable[[AnyFit, Readings], AnyFit]
 ) -> tuple[AnyFit, AnyFit, Readings]:
-    """Faults of timing that only an explanation on the way seemed to show are taken back, both fits under the
-    weights that are then left."""
-    if "timing_jitter.sd" not in readings.parameters:
+    """Faults that only an explanation on the way seemed to show are taken back, both fits under the weights
+    that are then left; what was `taken_off` the readings is no longer there to be seen."""
+    if not readings.nats or readings.taken_off:
         return base, fit, readings
     again = read_faults(fit)
-    if "timing_jitter" in again.nats:
+    if readings.nats.keys() <= again.nats.keys():
         return base, fit, readings
     return reweighted(base, again), reweighted(fit, again), again
 

@@ -220,6 +220,15 @@ def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> Non
     assert read_again(base, under, faults, reweighted)[2] is faults
 
 
+@pytest.mark.parametrize("taken_off", [False, True])
+def test_a_fault_that_the_last_explanation_does_not_show_is_taken_back(taken_off: bool) -> None:
+    """Rounding that noise was added to, seen on the way in what a law left; not where it was taken off."""
+    base = best_base(measured((), GIVEN_SAMPLES, (1, 2)), model())
+    sound = read_faults(base)
+    seen = replace(sound, nats={"encoder_quantization": 94.0}, rounded_first=True, taken_off=taken_off)
+    assert read_again(base, base, seen, lambda fit, _: fit)[2].nats == (seen.nats if taken_off else {})
+
+
 def test_steps_within_the_sample_go_with_the_law(rubbed: GivenFit) -> None:
     finer = rubbed.with_effect(RUB.form, (0.02,)).finer()
     assert finer.response.steps == 4
