@@ -8,7 +8,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.linear import Mode
 
-LIGHT_DAMPING = 0.3
+LIGHT_DAMPING = 0.25
 """A pole pair with a smaller damping ratio is a resonance."""
 
 FORGETTING = 0.5
