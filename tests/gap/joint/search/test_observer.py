@@ -210,7 +210,7 @@ def test_an_observer_does_not_stay_without_a_label() -> None:
     fit = JointFit(response, evaluate(response, response.coordinates(values)))
     base = fit.without("backlash").without_observer().descended()
     none = Readings((), {}, None, {})
-    kept, nats = verified(fit, [base], none, silent)
+    kept, nats = verified(fit, base, [], none, silent)
     assert kept is base
     assert nats == {}
 
