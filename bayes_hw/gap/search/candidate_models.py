@@ -20,11 +20,15 @@ only make up for a fit that stopped half way."""
 
 def with_parts(found: Sequence[Explanation]) -> list[Explanation]:
     """The best explanation, and where it is of two effects the best of each alone that comes close."""
-    best = best_of(found)
-    close = (e for e in found if e.log_evidence > best.log_evidence - CLOSE_PART)
-    by_labels = best_of_each(close, lambda e: e.labels)
+    best, by_labels = best_of(found), close_to_the_best(found)
     parts = [by_labels.get((label,)) for label in best.labels]
     return [best, *(e for e in parts if e is not None and e is not best)]
+
+
+def close_to_the_best(found: Sequence[Explanation]) -> dict[tuple[str, ...], Explanation]:
+    """Of every set of labels the best explanation, where it comes close to the best of all."""
+    least = best_of(found).log_evidence - CLOSE_PART
+    return best_of_each((e for e in found if e.log_evidence > least), lambda e: e.labels)
 
 
 def may_hide_a_cause(found: Sequence[Explanation]) -> bool:

@@ -14,6 +14,7 @@ from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.joint_fits import MORE_ITERATIONS, cheapest_of_each
 from bayes_hw.gap.search.candidate_models import (
     SLIGHT,
+    close_to_the_best,
     hides,
     is_coloured,
     later,
@@ -199,8 +200,11 @@ def seek_chaos(search: Search) -> None:
 
 
 def finish_the_best(search: Search) -> None:
-    """The best explanation and its parts from near where they ended, and chaos under slow noise."""
+    """The best explanation and its parts from near where they ended, and chaos under slow noise. Of several
+    effects each is begun where they were found together too: a pair explains nothing that one of it does."""
     search.found += apart(search, search.best)
+    together = [e for e in close_to_the_best(search.found).values() if len(e.fit.hypothesis.effects) > 1]
+    search.found += search.pairs.parts(together)
     search.found += search.near(with_parts(search.found))
     for chaotic in [
         e for e in with_parts(search.found) if e.chaotic and e.stochastic is None and e.followed is None

@@ -13,14 +13,14 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.criticism.residual_diagnostics import leaves_structure
 from bayes_hw.gap.effects.catalogue import CommandBias, GainAsymmetry, TransportDelay
 from bayes_hw.gap.effects.drive import TorqueRipple, TorqueRippleWithOvertone
-from bayes_hw.gap.fit.explanation import with_stochastic
+from bayes_hw.gap.fit.explanation import with_coloured_noise, with_stochastic
 from bayes_hw.gap.fit.fit import evaluated
 from bayes_hw.gap.noise.slow_noise import random_walk
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.attribute import Attribution, attribute
 from bayes_hw.gap.search.candidate_models import best_of
 from bayes_hw.gap.search.state import Search
-from bayes_hw.gap.search.strategies import apart
+from bayes_hw.gap.search.strategies import apart, finish_the_best
 from bayes_hw.time_budget import at_most
 
 INPUTS = [command(700, 1), command(700, 2)]
@@ -147,3 +147,18 @@ def test_an_effect_of_no_size_is_not_ahead_of_the_noise_alone() -> None:
     _, alone = apart(search, beside)
     assert beside.labels == ("command_bias", "sensor_drift") and alone.labels == ("sensor_drift",)
     assert alone.log_evidence > beside.log_evidence
+
+
+def test_an_effect_of_a_pair_is_begun_alone_where_the_pair_found_it() -> None:
+    """A delay beside a bias of nothing, the single fits all lost: the delay alone says as much."""
+    measured = noisy(simulated_with(TransportDelay(), (1.6,), INPUTS))
+    search = Search(BASE, measured, EFFECTS, frozenset(), np.random.default_rng(5))
+    search.begin()
+    both = hypothesis(AXIS, INPUTS, TransportDelay(), CommandBias())
+    start = both.to_coordinates(np.concatenate([BASE.to_values(BASE.prior_means), [1.6, 1e-9]]))
+    pair = with_coloured_noise(evaluated(both, measured, start, Plain(SIGMA)), measured)
+    search.found.append(pair)
+    finish_the_best(search)
+    assert set(pair.labels) == {"transport_delay", "command_bias"}
+    assert search.best.labels == ("transport_delay",)
+    assert search.best.log_evidence > pair.log_evidence
