@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from known_axis import KnownAxis, TrueNoise
 from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
 from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from printed.rounding_box import roots_of_rows, without_integrator
-from recovery import KnownAxis, TrueNoise, recover
+from recovery import recover
 from twin import twin_records
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -165,12 +166,13 @@ def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_motion(axis: KnownAxis) -> KnownAxis:
     """The axis with CUT of every record left out at its beginning."""
-    records = []
+    records, earlier = [], []
     for record in axis.records:
         first = int(CUT * len(record))
         times = record.t[first:] - record.t[first]
         records.append(replace(record, t=times, u=record.u[first:], y=record.y[first:]))
-    return replace(axis, records=tuple(records))
+        earlier.append(record.u[:first])
+    return replace(axis, records=tuple(records), earlier=tuple(earlier))
 
 
 def axis_of_task(task: Mapping[str, Any]) -> DrawnAxis:

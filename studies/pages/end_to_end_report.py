@@ -234,6 +234,11 @@ def _coverage_section(study: EndToEndStudy) -> Section:
                 " commands, simulated by code that shares nothing with the model. Axes begun in motion are"
                 " drawn wide, each record without its first quarter: the state they begin in is estimated."
             ),
+            Paragraph(
+                "At best: intervals at the Cramér-Rao bound about the estimate that one finds from the same"
+                " records who knows the true structure, the true noise and where to begin, linearised at the"
+                " truth; where they miss, the noise is to blame."
+            ),
             *blocks,
             figure,
         ),
@@ -246,18 +251,24 @@ def _coverage_table(label: str, summary: RecoverySummary) -> Table:
             kind,
             str(entries[0].replicates),
             *(_with_interval(entry) for entry in entries),
+            _shares(summary.at_best.get(kind, ())),
         )
         for kind, entries in summary.coverage.items()
     )
-    held = summary.all_parameters
-    total = ("all", str(held.replicates), *[""] * (len(LEVELS) - 1), _with_interval(held))
+    held, best = summary.all_parameters, summary.all_at_best
+    total = ("all", str(held.replicates), *[""] * (len(LEVELS) - 1), _with_interval(held), _shares(best))
     return Table(
-        ("kind", "intervals", *(f"{100 * level:.0f} %" for level in LEVELS)),
+        ("kind", "intervals", *(f"{100 * level:.0f} %" for level in LEVELS), "at best"),
         (*rows, total),
         f"{label}: {summary.axes} axes, {summary.converged} converged. Share of the intervals that hold the "
-        "truth, in per cent, with 95 % binomial intervals.",
-        tuple(range(1, 2 + len(LEVELS))),
+        "truth, in per cent, with 95 % binomial intervals; beside them those at best of the three levels, "
+        f"which the noise has not. Of {summary.missed} misses at 94 %, {summary.missed_alone} hold at best.",
+        tuple(range(1, 3 + len(LEVELS))),
     )
+
+
+def _shares(coverages: Sequence[IntervalCoverage]) -> str:
+    return " / ".join(f"{100 * each.achieved:.1f}" for each in coverages)
 
 
 def _with_interval(coverage: IntervalCoverage) -> str:
