@@ -35,6 +35,9 @@ LEAST_INFORMATION = 1e-10
 SAME_RESPONSE = 1e-9
 """Singular values of free responses of unit size below this are those of one response told twice."""
 
+UNTOLD = 1e-6
+"""Slopes of which less is left beside free responses are those responses, but for rounding."""
+
 
 @dataclass(frozen=True)
 class AtBest:
@@ -94,11 +97,14 @@ def free_responses(model: HammersteinWiener, w: FloatArray) -> FloatArray:
 
 
 def without(rows: FloatArray, others: FloatArray) -> FloatArray:
-    """`rows` (n, samples) less what of them combinations of `others` (m, samples) explain."""
+    """`rows` (n, samples) less what of them combinations of `others` (m, samples) explain; zero where that is
+    all of one."""
     size = np.linalg.norm(others, axis=1)
     _, singular, basis = np.linalg.svd(others[size > 0] / size[size > 0, None], full_matrices=False)
     basis = basis[singular > SAME_RESPONSE]
-    return np.asarray(rows - (rows @ basis.T) @ basis)
+    left = rows - (rows @ basis.T) @ basis
+    left[np.linalg.norm(left, axis=1) <= UNTOLD * np.linalg.norm(rows, axis=1)] = 0.0
+    return np.asarray(left)
 
 
 def solved(information: FloatArray, score: FloatArray) -> tuple[FloatArray, FloatArray]:

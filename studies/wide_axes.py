@@ -176,11 +176,11 @@ def in_motion(axis: KnownAxis) -> KnownAxis:
 
 
 def axis_of_task(task: Mapping[str, Any]) -> DrawnAxis:
-    """The axis of a `source` (wide, twin or effect-free), drawn from `seed` and `index`."""
-    rng = np.random.default_rng([task["seed"], task["index"]])
+    """The axis of a `source` (wide, drawn, twin or effect-free), drawn from `seed` and `index`."""
     if task["source"] == "effect-free":
         return effect_free_axis(task["seed"], task["index"])
-    return twin_like_axis(rng) if task["source"] == "twin" else wide_axis(rng)
+    draw = {"wide": wide_axis, "drawn": drawn_axis, "twin": twin_like_axis}[task["source"]]
+    return draw(np.random.default_rng([task["seed"], task["index"]]))
 
 
 def _with_records(

@@ -233,6 +233,7 @@ def _coverage_section(study: EndToEndStudy) -> Section:
                 "Effect-free axes are drive trains of masses and springs under two or three families of"
                 " commands, simulated by code that shares nothing with the model. Axes begun in motion are"
                 " drawn wide, each record without its first quarter: the state they begin in is estimated."
+                " None is of the rounding box: what is left of its records never comes near the dead zone."
             ),
             Paragraph(
                 "At best: intervals at the Cramér-Rao bound about the estimate that one finds from the same"

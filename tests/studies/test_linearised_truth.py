@@ -88,6 +88,7 @@ def test_no_information_is_no_bound() -> None:
 
 
 def test_what_others_explain_is_taken_out() -> None:
-    rows = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 1.0]])
+    rows = np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 1.0], [0.3, 0.3, 1e-9]])
     left = without(rows, np.array([[1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [0.0, 0.0, 0.0]]))
-    np.testing.assert_allclose(left, [[-0.5, 0.5, 3.0], [0.0, 0.0, 1.0]], atol=1e-12)
+    np.testing.assert_allclose(left, [[-0.5, 0.5, 3.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], atol=1e-12)
+    assert not left[2].any()
