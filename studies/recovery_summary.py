@@ -64,13 +64,18 @@ class RecoverySummary:
         return self.p_value >= 1 - BAND_PROBABILITY
 
     @property
+    def all_levels(self) -> tuple[IntervalCoverage, ...]:
+        """Of all kinds together, for each of LEVELS."""
+        return _together(self.coverage.values())
+
+    @property
     def all_parameters(self) -> IntervalCoverage:
         """The 94 % intervals of all kinds together."""
-        return _together(self.coverage.values())[-1]
+        return self.all_levels[-1]
 
     @property
     def all_at_best(self) -> tuple[IntervalCoverage, ...]:
-        """Of all kinds together, for each of LEVELS, as far as there are any."""
+        """As `all_levels`, at best."""
         return _together(self.at_best.values())
 
     @property
@@ -99,6 +104,7 @@ class RecoverySummary:
             "p_value": self.p_value,
             "seconds_per_axis": self.seconds,
             "all_94_percent": _plain(self.all_parameters),
+            "all_levels": [_plain(entry) for entry in self.all_levels],
             "all_at_best": [_plain(entry) for entry in self.all_at_best],
             "missed": self.missed,
             "missed_alone": self.missed_alone,

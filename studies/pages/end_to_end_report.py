@@ -88,7 +88,7 @@ def _verdict(study: EndToEndStudy) -> str:
     held = wide.all_parameters
     text = (
         f"From the records of {wide.axes} axes drawn wide, {held.inside} of {held.replicates} 94 % intervals"
-        f" hold the truth ({_share(held)})"
+        f" hold the truth ({_share(held)}; at best, with the same noise, {_share(wide.all_at_best[-1])})"
     )
     text += (
         ", and every kind of parameter stays in its band"
@@ -256,14 +256,14 @@ def _coverage_table(label: str, summary: RecoverySummary) -> Table:
         )
         for kind, entries in summary.coverage.items()
     )
-    held, best = summary.all_parameters, summary.all_at_best
-    total = ("all", str(held.replicates), *[""] * (len(LEVELS) - 1), _with_interval(held), _shares(best))
+    every, best = summary.all_levels, _shares(summary.all_at_best)
+    total = ("all", str(every[-1].replicates), *(_with_interval(entry) for entry in every), best)
     return Table(
         ("kind", "intervals", *(f"{100 * level:.0f} %" for level in LEVELS), "at best"),
         (*rows, total),
         f"{label}: {summary.axes} axes, {summary.converged} converged. Share of the intervals that hold the "
-        "truth, in per cent, with 95 % binomial intervals; beside them those at best of the three levels, "
-        f"which the noise has not. Of {summary.missed} misses at 94 %, {summary.missed_alone} hold at best.",
+        "truth, in per cent, with 95 % binomial intervals; the same at best of the three levels (none is "
+        f"made for the noise). Of {summary.missed} misses at 94 %, {summary.missed_alone} hold at best.",
         tuple(range(1, 3 + len(LEVELS))),
     )
 
