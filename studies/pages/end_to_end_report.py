@@ -101,7 +101,8 @@ def _verdict(study: EndToEndStudy) -> str:
         f" (median). {wide.converged} of {wide.axes} samplers converged; {wide.lacking} of {wide.modes} modes"
         f" were not found. Effect-free axes at 20 Hz: {_share(free.all_parameters)} hold,"
         f" {free.converged} of {free.axes} converged. Records begun in motion:"
-        f" {_share(study.in_motion.all_parameters)} hold."
+        f" {_share(study.in_motion.all_parameters)} hold, {study.in_motion.converged} of"
+        f" {study.in_motion.axes} converged."
     )
     capped, present = study.capped.all_parameters, study.twin.all_parameters
     both = (
