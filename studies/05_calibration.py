@@ -4,11 +4,12 @@ Axes are drawn wide (order 3 to 12, up to three light modes, delays up to a seco
 autoregressive and heavy-tailed noise, sweeps, slews and operation records, limits met hardly or often, and
 members of the rounding box of the printed model). Each is simulated, identified and sampled from its records
 alone, and every interval is held against the truth; its width against the Cramer-Rao bound. Axes of a
-simulator of their own at 20 Hz follow, and axes drawn wide whose records were cut while the axis moved, and
-the check is made to fail: with the structure chosen through a linear model of order eight at most,
-everything else as ever. Last, ranks of the sampler alone with the structure known. Writes report.html,
-report.pdf, results.json; finished replicates stay in OUT/replicates until all are made, so that a run that
-was stopped, or one of fewer, goes on.
+simulator of their own at 20 Hz follow, and axes drawn wide whose records were cut while the axis moved (none
+of the rounding box: after the cut its records never come near the dead zone), and the check is made to fail:
+with the structure chosen through a linear model of order eight at most, everything else as ever. Last, ranks
+of the sampler alone with the structure known. Beside every interval stands what the same noise does to the
+estimate linearised at the truth. Writes report.html, report.pdf, results.json; finished replicates stay in
+OUT/replicates until all are made, so that a run that was stopped, or one of fewer, goes on.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ SETS: dict[str, dict[str, Any]] = {
     "twin_capped": {"source": "twin", "max_order": MAX_ORDER, "free": "all", "linear_proxy": True},
     "wide": {"source": "wide", "max_order": MAX_ORDER, "free": "all"},
     "effect_free": {"source": "effect-free", "max_order": MAX_ORDER, "free": "all"},
-    "in_motion": {"source": "wide", "max_order": MAX_ORDER, "free": "all", "in_motion": True},
+    "in_motion": {"source": "drawn", "max_order": MAX_ORDER, "free": "all", "in_motion": True},
 }
 
 COUNT_OF = {"wide": "axes", "effect_free": "effect-free", "in_motion": "in-motion"}

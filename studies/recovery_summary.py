@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,8 +37,11 @@ class RecoverySummary:
     `coverage` holds, for every kind of parameter, one entry for each of LEVELS; `band` of every kind the
     lowest and highest counts (2, levels) that all kinds and levels together keep to with BAND_PROBABILITY
     when the intervals hold as often as they say, `p_value` how often right intervals would do as badly.
-    `widths` are the 94 % intervals over those at the Cramer-Rao bound (n,). `lacking` of `modes` true modes
-    were not found; `refused` axes gave no posterior and count as not converged; `seconds` of processor time.
+    `at_best` is what `coverage` is for estimates linearised at the truth from the same records, of the kinds
+    that have them; of `missed` 94 % intervals with such a companion, `missed_alone` are those whose companion
+    holds. `widths` are the 94 % intervals over those at the Cramer-Rao bound (n,). `lacking` of `modes` true
+    modes were not found; `refused` axes gave no posterior and count as not converged; `seconds` of processor
+    time.
     """
 
     axes: int
@@ -49,6 +52,9 @@ class RecoverySummary:
     coverage: Mapping[str, tuple[IntervalCoverage, ...]]
     band: Mapping[str, IntArray]
     p_value: float
+    at_best: Mapping[str, tuple[IntervalCoverage, ...]]
+    missed: int
+    missed_alone: int
     widths: Mapping[str, FloatArray]
     seconds: float
 
@@ -58,10 +64,19 @@ class RecoverySummary:
         return self.p_value >= 1 - BAND_PROBABILITY
 
     @property
+    def all_levels(self) -> tuple[IntervalCoverage, ...]:
+        """Of all kinds together, for each of LEVELS."""
+        return _together(self.coverage.values())
+
+    @property
     def all_parameters(self) -> IntervalCoverage:
         """The 94 % intervals of all kinds together."""
-        last = [entries[-1] for entries in self.coverage.values()]
-        return IntervalCoverage(LEVELS[-1], sum(c.inside for c in last), sum(c.replicates for c in last))
+        return self.all_levels[-1]
+
+    @property
+    def all_at_best(self) -> tuple[IntervalCoverage, ...]:
+        """As `all_levels`, at best."""
+        return _together(self.at_best.values())
 
     @property
     def median_width(self) -> float:
@@ -89,10 +104,15 @@ class RecoverySummary:
             "p_value": self.p_value,
             "seconds_per_axis": self.seconds,
             "all_94_percent": _plain(self.all_parameters),
+            "all_levels": [_plain(entry) for entry in self.all_levels],
+            "all_at_best": [_plain(entry) for entry in self.all_at_best],
+            "missed": self.missed,
+            "missed_alone": self.missed_alone,
             "median_width": self.median_width,
             "kinds": {
                 kind: {
                     "coverage": [_plain(entry) for entry in entries],
+                    "at_best": [_plain(entry) for entry in self.at_best.get(kind, ())],
                     "band": self.band[kind].tolist(),
                     "median_width": float(np.median(self.widths[kind])) if kind in self.widths else None,
                 }
@@ -105,34 +125,51 @@ def summarize_recovery(replicates: Sequence[Mapping[str, Any]], rng: np.random.G
     """Summary of results of `recover`, each with its `facts`; one with `refused` gave no posterior."""
     done = [each for each in replicates if "refused" not in each]
     inside: dict[str, list[Sequence[bool]]] = {}
+    best: dict[str, list[Sequence[bool]]] = {}
     widths: dict[str, list[float]] = {}
+    pairs: list[tuple[bool, bool]] = []
     for each in done:
         for name, held in each["inside"].items():
             inside.setdefault(kind_of(name), []).append(held)
+            if name in each["at_best"]:
+                best.setdefault(kind_of(name), []).append(each["at_best"][name])
+                pairs.append((bool(held[-1]), bool(each["at_best"][name][-1])))
         for name, width in each["width"].items():
             widths.setdefault(kind_of(name), []).append(width)
     kinds = [kind for kind in dict.fromkeys(KINDS.values()) if kind in inside]
-    counts = {kind: np.array(inside[kind], dtype=np.int64) for kind in kinds}
-    coverage = {
-        kind: tuple(
-            IntervalCoverage(level, int(held.sum()), len(held))
-            for level, held in zip(LEVELS, counts[kind].T, strict=True)
-        )
-        for kind in kinds
-    }
-    band, p_value = coverage_band({kind: np.sum(counts[kind], axis=0) for kind in kinds},
-                                  {kind: len(counts[kind]) for kind in kinds}, rng)  # fmt: skip
+    counts = {kind: np.sum(inside[kind], axis=0, dtype=np.int64) for kind in kinds}
+    sizes = {kind: len(inside[kind]) for kind in kinds}
+    band, p_value = coverage_band(counts, sizes, rng)
     return RecoverySummary(
         axes=len(replicates),
         refused=len(replicates) - len(done),
         converged=sum(bool(each["converged"]) for each in done),
         modes=sum(int(each["facts"]["true_modes"]) for each in replicates),
         lacking=sum(len(each["lacking"]) for each in done),
-        coverage=coverage,
+        coverage={kind: _coverage(inside[kind]) for kind in kinds},
         band=band,
         p_value=p_value,
+        at_best={kind: _coverage(best[kind]) for kind in kinds if kind in best},
+        missed=sum(not held for held, _ in pairs),
+        missed_alone=sum(not held and also for held, also in pairs),
         widths={kind: np.array(widths[kind]) for kind in kinds if kind in widths},
         seconds=float(np.mean([sum(each["cpu_seconds"]) for each in done])) if done else 0.0,
+    )
+
+
+def _coverage(held: Sequence[Sequence[bool]]) -> tuple[IntervalCoverage, ...]:
+    """For each of LEVELS how often its intervals hold."""
+    return tuple(
+        IntervalCoverage(level, sum(map(bool, column)), len(held))
+        for level, column in zip(LEVELS, zip(*held, strict=True), strict=True)
+    )
+
+
+def _together(kinds: Iterable[Sequence[IntervalCoverage]]) -> tuple[IntervalCoverage, ...]:
+    """All kinds as one, for each of LEVELS."""
+    return tuple(
+        IntervalCoverage(level, sum(c.inside for c in column), sum(c.replicates for c in column))
+        for level, column in zip(LEVELS, zip(*kinds, strict=True), strict=False)
     )
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from known_axis import KnownAxis, TrueNoise
 from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
 from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from printed.rounding_box import roots_of_rows, without_integrator
-from recovery import KnownAxis, TrueNoise, recover
+from recovery import recover
 from twin import twin_records
 
 from bayes_hw.arrays import ComplexArray, FloatArray
@@ -165,20 +166,21 @@ def recover_axis(task: Mapping[str, Any]) -> dict[str, Any]:
 
 def in_motion(axis: KnownAxis) -> KnownAxis:
     """The axis with CUT of every record left out at its beginning."""
-    records = []
+    records, earlier = [], []
     for record in axis.records:
         first = int(CUT * len(record))
         times = record.t[first:] - record.t[first]
         records.append(replace(record, t=times, u=record.u[first:], y=record.y[first:]))
-    return replace(axis, records=tuple(records))
+        earlier.append(record.u[:first])
+    return replace(axis, records=tuple(records), earlier=tuple(earlier))
 
 
 def axis_of_task(task: Mapping[str, Any]) -> DrawnAxis:
-    """The axis of a `source` (wide, twin or effect-free), drawn from `seed` and `index`."""
-    rng = np.random.default_rng([task["seed"], task["index"]])
+    """The axis of a `source` (wide, drawn, twin or effect-free), drawn from `seed` and `index`."""
     if task["source"] == "effect-free":
         return effect_free_axis(task["seed"], task["index"])
-    return twin_like_axis(rng) if task["source"] == "twin" else wide_axis(rng)
+    draw = {"wide": wide_axis, "drawn": drawn_axis, "twin": twin_like_axis}[task["source"]]
+    return draw(np.random.default_rng([task["seed"], task["index"]]))
 
 
 def _with_records(

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import study as study_module
 import wide_axes
-from recovery import least_deviations
+from linearised_truth import linearised_at_truth
 from twin_seeds import repeats_of
 
 from bayes_hw import __version__
@@ -55,8 +55,7 @@ def test_axes_are_drawn_as_wide_as_said(drawn: list[wide_axes.DrawnAxis]) -> Non
 def test_every_axis_is_stable_and_its_limits_are_seen(drawn: list[wide_axes.DrawnAxis]) -> None:
     for each in drawn:
         each.known.model.linear.check_stable()
-    bounds = least_deviations(drawn[0].known)
-    assert np.isfinite([bounds["saturation.lower"], bounds["saturation.upper"]]).all()
+    assert {"saturation.lower", "saturation.upper"} <= set(linearised_at_truth(drawn[0].known))
 
 
 def test_an_axis_depends_on_its_task_alone() -> None:
@@ -74,6 +73,16 @@ def test_effect_free_axes_are_their_models_and_noise() -> None:
     for record in axis.records:
         left = record.y - axis.model.simulate(record.u).y
         assert np.std(left) == pytest.approx(axis.noise.sigma, rel=0.1)
+
+
+def test_records_cut_in_motion_go_on_from_what_was_cut() -> None:
+    """They are the same axis under the same commands and noise, without its beginning."""
+    axis = wide_axes.wide_axis(np.random.default_rng([5, 1])).known
+    cut = wide_axes.in_motion(axis)
+    for whole, rest, commands in zip(axis.records, cut.records, cut.commands, strict=True):
+        np.testing.assert_array_equal(commands, whole.u)
+        np.testing.assert_array_equal(rest.y, whole.y[-len(rest) :])
+        assert len(rest) < 0.8 * len(whole)
 
 
 def result(held: bool) -> Mapping[str, Any]:

@@ -35,6 +35,7 @@ def replicates(count: int, seed: int, narrow: float = 1.0) -> list[dict[str, Any
     return [
         {
             "inside": {n: [bool(x <= level) for level in LEVELS] for n, x in zip(names, row, strict=True)},
+            "at_best": {name: [False, True, True] for name in names[1:]},
             "width": dict(zip(names, 1 + 0.2 * row, strict=True)),
             "lacking": [],
             "converged": True,
@@ -89,6 +90,9 @@ def test_intervals_that_hold_and_a_fault_that_is_found(small_axis: HammersteinWi
     states = {badge.label: badge.state for badge in report.badges}
     assert states["intervals hold"] == states["fault found"] == "good"
     assert "heavy tails" in to_html(report)
+    section = next(part for part in report.sections if part.title == "Coverage")
+    table = next(block for block in section.blocks if isinstance(block, Table))
+    assert [row[-1] for row in table.rows] == ["", *["0.0 / 100.0 / 100.0"] * 3]
 
 
 @pytest.mark.usefixtures("undrawn")

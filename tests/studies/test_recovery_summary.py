@@ -20,6 +20,7 @@ def replicates(count: int, seed: int, *, narrow: float = 1.0) -> list[dict[str, 
     return [
         {
             "inside": {n: [bool(x <= level) for level in LEVELS] for n, x in zip(NAMES, row, strict=True)},
+            "at_best": {name: [True, True, True] for name in NAMES if name != NAMES[-1]},
             "width": dict.fromkeys(NAMES, 1.1),
             "lacking": [],
             "converged": True,
@@ -57,6 +58,21 @@ def test_counts_are_pooled_by_kind() -> None:
     assert summary.median_width == pytest.approx(1.1)
     assert summary.seconds == pytest.approx(3.0)
     assert summary.all_parameters.replicates == 20
+
+
+def test_misses_are_told_from_those_of_the_noise() -> None:
+    """Paired with the estimate at best by name: what has none, and modes that the fit lacks, do not count."""
+    results = replicates(2, 5)
+    results[0]["inside"] = {NAMES[0]: [False] * 3, NAMES[2]: [False, True, True], NAMES[3]: [False] * 3}
+    results[0]["at_best"] = {NAMES[0]: [False] * 3, NAMES[1]: [False] * 3, NAMES[2]: [True] * 3}
+    results[1]["inside"] = {NAMES[0]: [False] * 3, NAMES[1]: [True] * 3}
+    summary = summarize_recovery(results, np.random.default_rng(1))
+    assert (summary.missed, summary.missed_alone) == (2, 1)
+    assert [entry.inside for entry in summary.at_best["limits"]] == [2, 2, 2]
+    assert summary.at_best["limits"][-1].replicates == 3
+    assert "mode frequencies" not in summary.at_best
+    assert summary.all_at_best[0].replicates == 4
+    assert summary.to_dict()["all_at_best"][0]["hits"] == 3
 
 
 def test_names_belong_to_kinds() -> None:
