@@ -19,7 +19,14 @@ from bayes_hw.gap.effects.friction import (
     PreslidingFriction,
     StribeckFrictionAtMotor,
 )
-from bayes_hw.gap.effects.input import CommandBias, EarlyRateLimit, GainDrift, RateLimit, SaturationDrift
+from bayes_hw.gap.effects.input import (
+    CommandBias,
+    EarlyRateLimit,
+    GainDrift,
+    RateLimit,
+    SaturationDrift,
+    SaturationSlope,
+)
 from bayes_hw.gap.effects.labels import BLOCKS, LABEL_BLOCKS, Block
 from bayes_hw.gap.effects.linear import (
     CubicStiffness,
@@ -43,6 +50,7 @@ BUILT_IN: tuple[type[Effect], ...] = (
     RateLimit,
     EarlyRateLimit,
     SaturationDrift,
+    SaturationSlope,
     CommandBias,
     GainDrift,
     TransportDelay,

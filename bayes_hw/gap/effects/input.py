@@ -16,6 +16,9 @@ from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.injection_point import InjectionPoint
 from bayes_hw.model.parameters import Parameter
 
+NEARLY_STRAIGHT = 200.0
+"""Travels in a period of a wave that stands for a line."""
+
 
 class RateLimit(Effect):
     """|dc/dt| <= rate: the drive ramps its command (slew rate; Astroem and Murray, Feedback Systems, 11.4).
@@ -80,6 +83,29 @@ class SaturationDrift(PeriodicEffect):
 
     def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
         self.write_wave(S.LIMIT_DEPTH, values, settings)
+
+
+class SaturationSlope(Effect):
+    """limits (1 + slope w): speed limits that grow along the travel, as they are where the axis starts.
+
+    Source: as of limits that vary with the position. A wave of NEARLY_STRAIGHT travels stands for the line,
+    0.02 % off at its end. Not to be believed where the records hardly saturate.
+    """
+
+    label: ClassVar[str] = "saturation_drift"
+    block: ClassVar[Block] = "input"
+    form: ClassVar[str] = "slope"
+    test_values = (0.02,)
+
+    def parameters(self, scale: AxisScale) -> tuple[Parameter, ...]:
+        return (signed("saturation_drift.slope", f"1/{scale.units.output}", 0.3 / scale.travel),)
+
+    def apply(self, values: FloatArray, settings: FloatArray, scale: AxisScale) -> None:
+        period = NEARLY_STRAIGHT * scale.travel
+        settings[S.LIMIT_DEPTH], settings[S.LIMIT_PERIOD] = values[0] * period / (2 * np.pi), period
+
+    def starts(self, scale: AxisScale) -> Sequence[tuple[float, ...]]:
+        return [(0.1 / scale.travel,)]
 
 
 class CommandBias(Effect):

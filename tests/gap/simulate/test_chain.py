@@ -42,6 +42,7 @@ from bayes_hw.gap.effects.catalogue import (
     ReadingAsymmetry,
     ReadingEccentricity,
     SaturationDrift,
+    SaturationSlope,
     SofteningStiffness,
     StribeckFrictionAtMotor,
     ThermalSensorDrift,
@@ -247,6 +248,7 @@ BEFORE_THE_LIMITER: Any = [
     (EarlyRateLimit(), (4.0,), Setting(command_rate=4.0), 2e-3),
     (TransportDelay(), (2.0,), Setting(extra_delay=2.0), 1e-9),
     (SaturationDrift(), (0.1, 0.05, 1.5), None, 1e-3),
+    (SaturationSlope(), (0.1,), Setting(limits_at=lambda w: 1 + 0.1 * w), 1e-3),
     (CommandBias(), (0.01,), Setting(bias=0.01, fine=False), 1e-9),
     (GainDrift(), (0.05, 7.0), Setting(gain_at=lambda t: 1.05 - 0.05 * np.exp(-t / 7), fine=False), 1e-9),
 ]
