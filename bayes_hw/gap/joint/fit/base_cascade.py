@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.experiment import SMALLEST_COMMAND
 from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
-from bayes_hw.identify.growth.search import Grown, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.identify.whole_cascade import SMALL_ORDER
 from bayes_hw.record import Record
 
@@ -21,7 +22,11 @@ NOISE_LEVELS = (1.0, 4.0)
 
 
 def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
-    """The best cascade without effects; of several starts the best at a small order is grown on."""
+    """The best cascade without effects; of several starts the best at a small order is grown on.
+
+    Where the noise has taken up what a cascade could explain, one grown on plain residuals goes on under it
+    too, and the likelier is taken.
+    """
     commands = np.concatenate([record.u for record in records])
     largest = float(np.abs(commands).max())
     structure = Structure(
@@ -30,24 +35,34 @@ def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
         upper=bool(commands.max() > SMALLEST_COMMAND * largest),
         dead_zone=True,
     )  # fmt: skip
-    small = [
-        _largest(grow(smallest_cascade(records, structure, level * noise_level), SMALL_ORDER))
-        for level in NOISE_LEVELS
-    ]
-    at = coarse_delay(likeliest(small))
-    pool = {at.structure.order: at}
-    while True:
-        pool = grow(at, LARGEST_ORDER)
-        best = min(pool.values(), key=lambda g: g.criterion)
-        if not too_long(best):
-            break
-        at = at_delay(at, safe_delay(best)).descended()
-    best = with_longer_delay(best)
+    best = _grown(records, structure, noise_level, MAX_ORDER)
+    if absorbed(best):
+        plain = _grown(records, structure, noise_level, 0)
+        best = _least([best, *grow(plain.under_noise(MAX_ORDER), LARGEST_ORDER).values()])
     values = best.values
     sigma = best.point.rms
     white = float(np.sqrt(best.point.sum_of_squares / best.point.samples))
     scale = natural_scale(records, (values.lower, values.upper), values.integrator_residue, min(sigma, white))
     return JointFit.of_grown(best, scale).descended()
+
+
+def _grown(records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int) -> Grown:
+    """Of the least criterion where the noise is of orders up to `most_noise`, with its delay."""
+    small = [
+        _largest(grow(smallest_cascade(records, structure, level * noise_level, most_noise), SMALL_ORDER))
+        for level in NOISE_LEVELS
+    ]
+    at = coarse_delay(likeliest(small))
+    while True:
+        best = _least(grow(at, LARGEST_ORDER).values())
+        if not too_long(best):
+            return with_longer_delay(best)
+        at = at_delay(at, safe_delay(best)).descended()
+
+
+def _least(items: Iterable[Grown]) -> Grown:
+    """The one of the least criterion."""
+    return min(items, key=lambda item: item.criterion)
 
 
 def _largest(pool: Mapping[int, Grown]) -> Grown:

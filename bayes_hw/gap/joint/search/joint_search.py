@@ -29,7 +29,6 @@ from bayes_hw.gap.joint.search.rival_paths import (
     as_seen,
     begun_anew,
     described,
-    is_simulated,
     with_exchanged_laws,
     with_what_it_asks,
 )
@@ -208,7 +207,7 @@ def _explained(
     ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
     if len(ended) > 1:
         ended = begun_anew(ended, told)
-    if len(ended) > 1 or any(not is_simulated(path.fit) for path in ended):
+    if ended:
         ended = with_exchanged_laws(ended, told)
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
