@@ -19,8 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from known_axis import KnownAxis, TrueNoise
 from scipy import signal
+from true_axis import KnownAxis, TrueNoise
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.output_error import DIFFERENCE_STEP

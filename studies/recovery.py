@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from known_axis import KnownAxis
 from linearised_truth import AtBest, linearised_at_truth
 from scipy import stats
+from true_axis import KnownAxis
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.four_steps import MAX_ORDER, identify

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from known_axis import KnownAxis, TrueNoise
 from pages.repeats_section import Repeats
 from rank_statistics import IntervalCoverage
 from recovery import LEVELS, recover
+from true_axis import KnownAxis, TrueNoise
 from twin import NOISE_CORRELATION, twin_records
 
 from bayes_hw.infer.sampler import SamplerSettings

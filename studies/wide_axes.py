@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from known_axis import KnownAxis, TrueNoise
 from linear_proxy import model_by_linear_proxy
 from printed.eq12 import nanshan_rounding_box
 from printed.nanshan import SAMPLE_RATE_HZ, nanshan_model
 from printed.rounding_box import roots_of_rows, without_integrator
 from recovery import recover
+from true_axis import KnownAxis, TrueNoise
 from twin import twin_records
 
 from bayes_hw.arrays import ComplexArray, FloatArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from known_axis import KnownAxis, TrueNoise
+from true_axis import KnownAxis, TrueNoise
 
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record

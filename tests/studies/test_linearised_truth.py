@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from known_axis import KnownAxis, TrueNoise
 from linearised_truth import linearised_at_truth, solved, without
 from scipy import stats
 from stepped_axis import stepped_axis
+from true_axis import KnownAxis, TrueNoise
 from wide_axes import in_motion
 
 from bayes_hw.arrays import FloatArray

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from known_axis import TrueNoise
 from recovery import recover
 from short_sampling import sample_shortly
 from stepped_axis import stepped_axis
+from true_axis import TrueNoise
 
 from bayes_hw.infer.sampler import SamplerSettings
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
