@@ -65,10 +65,9 @@ def linearised_at_truth(axis: KnownAxis) -> dict[str, AtBest]:
         slopes = (outputs[: len(names)] - outputs[len(names) :]) / (2 * DIFFERENCE_STEP)
         true = model.simulate(commands)
         e = record.y[first - begin :] - true.y[first:]
-        free = free_responses(model, true.w[first:])
-        rows, free, innovations = (innovations_of(noise, each) for each in (slopes, free, e))
+        rows, innovations = (innovations_of(noise, each) for each in (slopes, e))
         if begin:
-            rows = without(rows, free)
+            rows = without(rows, innovations_of(noise, free_responses(model, true.w[first:])))
         information += noise.information * (rows @ rows.T)
         score += rows @ noise.location_score(innovations)
     wanted = axis.true_values()

@@ -16,13 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray
 from bayes_hw.identify.hole_kernel import bridge, correct_sums, fill_predictors, runs_about_holes, whiten_runs
 from bayes_hw.record import Record
-
-IntArray = NDArray[np.int64]
 
 PAST_DELAYS = 2
 """Delays that pass in a record begun in motion before its outputs count: during the first they answer

@@ -207,8 +207,7 @@ def _explained(
     ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
     if len(ended) > 1:
         ended = begun_anew(ended, told)
-    if ended:
-        ended = with_exchanged_laws(ended, told)
+    ended = with_exchanged_laws(ended, told)
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]

@@ -50,7 +50,8 @@ def verified(
     cause, not against nothing: it stays where it is likelier. In observer form the readings themselves follow
     that cause, and the last label must be worth more than their following is.
     """
-    bare = [one for one in (base, *others) if not one.labels and one.observer is None]
+    known = [base, *others]
+    bare = [one for one in known if not one.labels and one.observer is None]
     while fit.labels:
         nats: dict[str, float] = {}
         alternatives = []
@@ -58,9 +59,7 @@ def verified(
         for label, without in zip(
             fit.labels, each(regrown, [fit.without(x) for x in fit.labels]), strict=True
         ):
-            same = [
-                o for o in (base, *others) if o.labels == without.labels and o.response.weights is weights
-            ]
+            same = [o for o in known if o.labels == without.labels and o.response.weights is weights]
             alternatives.append(highest([without, *same]))
             nats[label] = fit.score - alternatives[-1].score
         say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
