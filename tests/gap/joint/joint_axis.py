@@ -8,7 +8,8 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure

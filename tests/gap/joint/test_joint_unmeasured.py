@@ -10,7 +10,7 @@ from joint_axis import CASCADE, SIGMA, STRUCTURE, form, measured, scale
 
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of

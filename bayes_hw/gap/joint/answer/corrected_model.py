@@ -81,7 +81,7 @@ def corrected_model(
         "effects": [
             {
                 "label": e.form.label, "form": e.form.name,
-                "signal": bool(e.ports is not None and e.ports.signal),
+                "signal": e.looks_at_states,
             }
             for e in kept
         ],

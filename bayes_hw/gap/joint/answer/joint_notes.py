@@ -6,7 +6,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.notes import CUT_SHORT
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import TURNS_SEEN
+from bayes_hw.gap.joint.forms.joint_forms import TURNS_SEEN
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.observer import unobserved

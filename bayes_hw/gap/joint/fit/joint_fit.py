@@ -387,5 +387,4 @@ def _named(effect: Effect) -> str:
     """The words for an effect: what its law looks at is a motion of its own where that is fitted."""
     if effect.form.law == K.INNOVATION:
         return "prediction-error form"
-    is_own = effect.ports is not None and effect.ports.signal
-    return effect.form.full_name + (" over a motion of its own" if is_own else "")
+    return effect.form.full_name + (" over a motion of its own" if effect.looks_at_states else "")

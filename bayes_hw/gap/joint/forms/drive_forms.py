@@ -10,14 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import (
-    FORMS,
-    Form,
-    JointScale,
-    Slot,
-    period_wavenumber,
-    turning_periods,
-)
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale, Slot
+from bayes_hw.gap.joint.forms.joint_forms import FORMS, period_wavenumber, turning_periods
 
 LIMIT_SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
 BAND_SHARES = (0.01, 0.03, 0.1, 0.3)

@@ -54,8 +54,7 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     starts: dict[str, list[GivenFit]] = {}
     for form in forms:
         if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
-            kind = form.full_name if form.label == OTHER else form.label
-            starts.setdefault(kind, []).extend(_law_starts(seen, form))
+            starts.setdefault(form.kind, []).extend(_law_starts(seen, form))
     begun = {kind: _begun(own) for kind, own in starts.items()}
     kinds = sorted(begun, key=lambda kind: -begun[kind][0].score)
     for kind in kinds[:KINDS_GONE_ON]:

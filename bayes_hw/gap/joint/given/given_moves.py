@@ -9,10 +9,17 @@ import numpy as np
 
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
-from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS, free_forms, other_forms
+from bayes_hw.gap.joint.search.effect_moves import (
+    FIRST_STEPS,
+    SECOND_STEPS,
+    effect_candidates,
+    free_forms,
+    other_forms,
+)
 from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.growth.levels import WHITE
@@ -27,6 +34,8 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 
 FEW_STARTS, KINDS_FINISHED = 3, 4
 """Starts of another law of a signal; kinds that go on to their end."""
+
+OVER_POSITION = ("gain_asymmetry", "encoder_eccentricity")
 
 WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
 """Of a label, begun under white noise; descents under it, while one gains more than a little."""
@@ -63,6 +72,21 @@ def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
             forms = other_forms(effects[last], fit.response.scale)
             found += [as_given(fit.with_form(last, f, start).descended()) for f, start in forms if f.further]
     return found
+
+
+def both_over_position(fit: GivenFit) -> list[GivenFit]:
+    """The best explanations by both labels that are errors of the reading over position: noise takes up what
+    either leaves of the other, so that neither alone shows what it is worth."""
+    found = [as_given(t) for t in effect_candidates(fit, _of_labels(OVER_POSITION[:1]))]
+    return [
+        explained_slowly(as_given(t))
+        for one in found
+        for t in effect_candidates(one, _of_labels(OVER_POSITION[1:]))
+    ]
+
+
+def _of_labels(labels: Sequence[str]) -> list[Form]:
+    return [form for form in GIVEN_FORMS if form.label in labels]
 
 
 def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:

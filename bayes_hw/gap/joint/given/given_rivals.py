@@ -52,8 +52,9 @@ def instead_of(
 
     Where no effect was found, or only noise of a cause: such an error of the reading if it explains all, else
     none. A label's laws that look at the states of G, and steps within the sample, are what the explanation
-    itself was given: where it left noise of the first order they were begun for no other. Beside white noise
-    none has more to explain. As far as there is time.
+    itself was given: where it left white noise, or noise of the first order, they were begun for no other.
+    Beside white noise none has more to explain, unless a law explains it that itself looks at those states:
+    such a law bends to much. As far as there is time.
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
@@ -64,13 +65,14 @@ def instead_of(
     most = max(rivals.values(), default=0.0)
     near = {label for label, own in rivals.items() if own > FOLLOWED_SHARE * most}
     found = {strongest: fit}
+    bends = fit.noise_order == 1 or any(e.looks_at_states for e in fit.values.effects)
     rest = as_given(fit.without(strongest).descended())
     for label in sorted((near | {OTHER}) - set(fit.labels) - set(SLOW)):
         end = alone.get(label)
         if rest.labels or end is None or not seen_alike(end, fit):
             trials = _of_label(rest, label)
         else:
-            trials = [end, *every_law(rest, _forms_of(label))] if fit.noise_order == 1 else [end]
+            trials = [end, *every_law(rest, _forms_of(label))] if bends else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
     for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) and not time_is_up() else ():
@@ -116,14 +118,15 @@ def likelier(fit: GivenFit, base: GivenFit, whole: Sequence[Record]) -> tuple[Gi
 
 def _exchanged(fit: GivenFit) -> list[GivenFit]:
     """The explanation with its last law exchanged for one of another name that gives nearly the same torque,
-    of every name the most alike, each to its end under white noise: a gap of the drive's torque, one of its
+    of every kind the most alike, each to its end under white noise: a gap of the drive's torque, one of its
     spring and a friction are one curve over different signals, and a descent from afar finds but one of them.
     """
     begun: dict[str, GivenFit] = {}
     for one in exchanges(fit, EXCHANGED_AROUND_A_MODEL):
         named = as_given(named_by_sight(one))
-        if named.effect_labels[-1] not in fit.labels and named.values.effects[-1].is_own_law:
-            begun.setdefault(named.effect_labels[-1], named)
+        effect = named.values.effects[-1]
+        if named.effect_labels[-1] not in fit.labels and effect.is_own_law:
+            begun.setdefault(effect.form.kind, named)
     ended = [kicked(as_given(one.descended_under(0, FULL_STEPS))) for one in begun.values()]
     return [as_given(named_by_sight(as_given(one.descended()))) for one in ended]
 

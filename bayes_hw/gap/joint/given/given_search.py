@@ -12,8 +12,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts, with_base_anew
+from bayes_hw.gap.joint.given.clear_of_zone import away_from_zero, on_records, slow_clear_of_zone
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
@@ -21,6 +22,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     begun_under_white_noise,
     best_of,
+    both_over_position,
     explained_slowly,
     further_modes,
     later,
@@ -39,7 +41,6 @@ from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_fau
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
-from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
 from bayes_hw.gap.joint.search.joint_search import (
     CONTEST_SHARE,
     HALFWAY,
@@ -49,7 +50,7 @@ from bayes_hw.gap.joint.search.joint_search import (
     JointAnswer,
     silent,
 )
-from bayes_hw.gap.joint.search.period_anew import with_period_anew
+from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.experiment import white_noise_level
@@ -258,6 +259,7 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         lambda: [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)],
         lambda: with_further_forms(found) + with_signals(found),
         lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
+        lambda: [as_given(t) for t in periodic_by_promise(begun)] if something_is_left(begun, found) else [],
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
         lambda: other_laws(best_of(found)) if found else [],
@@ -305,6 +307,8 @@ def _followed(
                     rivals[label], alone[label] = t.score - base.score, t
         best = settled(with_base_anew(explained_slowly(as_given(finer(best_of(trials))))))
         if fit is base and is_shape(base, best_of([base, best])):
+            best = best_of([base, best, *both_over_position(base)])
+        if fit is base and is_shape(base, best):
             fit = best_of([base, best])
             say("a function of position explains far more")
             break
@@ -347,12 +351,6 @@ def _under(
     return base, fit, base if all_samples else reweighted(whole, faults), faults
 
 
-def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
-    """The same explanation of other records of the same samples, descended."""
-    response = replace(fit.response, records=records)
-    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
-
-
 def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:
     """One label of several taken for another while the score improves: the one taken first may have stood in
     for it. Others are what G itself and the noise may have and the labels that did best alone."""
@@ -374,24 +372,6 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         say(f"{log_evidence(best.score - fit.score)} by an exchange: {described(best)}")
         fit = best
     return fit
-
-
-def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
-    """The base on what lies clear of the dead zone, however the slow error that `fit` leaves shifts the axis:
-    there a shift shows whole. None where that is all or little of the records."""
-    clear = out_of_reach(fit, fit.response.records)
-    return None if clear is None else on_records(base, clear)
-
-
-def slow_clear_of_zone(fit: GivenFit, base: GivenFit, slow: Sequence[GivenFit]) -> GivenFit | None:
-    """The base clear of the dead zone where one of the causes that are `slow` explains more than `fit` does:
-    on all samples the steps of a slow error at the zone's edges may be explained by an effect."""
-    clear = away_from_zero(best_of(slow), base)
-    if clear is None:
-        return None
-    caused = slow_causes(clear)
-    lead = max((one.score for one in caused), default=-np.inf) - on_records(fit, clear.response.records).score
-    return clear if lead > 0 else None
 
 
 def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:

@@ -45,6 +45,11 @@ class Effect:
         """Whether it is a torque by a law of its own: no known input, and no observer."""
         return self.ports is not None and not self.form.column
 
+    @property
+    def looks_at_states(self) -> bool:
+        """Whether it is a torque whose law looks at the states of G too, and so at a motion of its own."""
+        return self.ports is not None and self.ports.signal
+
 
 @dataclass(frozen=True, eq=False)
 class JointValues:

@@ -17,7 +17,8 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.structure_moves import pruned
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.response.state_kernel import entering, seen
 from bayes_hw.gap.joint.response.within_sample import Paths, Stepped

@@ -8,7 +8,8 @@ import numpy as np
 
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, descended_each, raced
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale, Slot
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_screen import Start, best_starts, screened
@@ -153,9 +154,16 @@ def other_forms(effect: Effect, scale: JointScale) -> list[tuple[Form, tuple[flo
         names = [slot.name for slot in slots]
         extends = form.law == present.law and names[: len(own)] == list(own)
         if extends or not form.further:
-            kept = [
-                float(np.clip(own.get(slot.name, x), slot.lower, slot.upper))
-                for slot, x in zip(slots, start, strict=True)
-            ]
-            found.append((form, tuple(kept)))
+            kept = [own.get(slot.name, x) for slot, x in zip(slots, start, strict=True)]
+            found.append((form, tuple(within(kept, slots))))
+        if extends and form.otherwise is not None:
+            named = form.otherwise(own)
+            begun = [named[name] for name in names]
+            if begun == within(begun, slots):
+                found.append((form, tuple(begun)))
     return found
+
+
+def within(values: Sequence[float], slots: Sequence[Slot]) -> list[float]:
+    """Values (slots,) within the bounds of their slots."""
+    return [float(np.clip(x, slot.lower, slot.upper)) for x, slot in zip(values, slots, strict=True)]

@@ -14,7 +14,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray, highest_peaks
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import Form, JointScale, scanned_cycles
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
+from bayes_hw.gap.joint.forms.joint_forms import scanned_cycles
 from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, noise_screens
 from bayes_hw.gap.joint.response.effect_paths import motor_angle
 

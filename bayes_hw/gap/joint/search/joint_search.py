@@ -12,7 +12,7 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
 from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned, regrown
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding

@@ -17,7 +17,8 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form, JointScale
+from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.time_budget import time_is_up
 
@@ -57,7 +58,7 @@ def exchanged(fit: JointFit) -> list[JointFit]:
 def looks_beside_position(fit: JointFit) -> bool:
     """Whether a law of the position looks at a motion of its own: what stops an axis is where it stands."""
     laws = [e for e in fit.values.effects if e.is_own_law and e.form.base == K.BASE_POSITION]
-    return any(e.ports is not None and e.ports.signal for e in laws)
+    return any(e.looks_at_states for e in laws)
 
 
 def exchanges(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:

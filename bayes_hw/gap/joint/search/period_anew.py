@@ -15,9 +15,12 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray, highest_peaks
 from bayes_hw.crew import each
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
-from bayes_hw.gap.joint.forms.effect_form import Form, scanned_cycles
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS, scanned_cycles
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
+from bayes_hw.gap.joint.search.effect_moves import free_forms
 from bayes_hw.gap.joint.search.effect_screen import begins_with_periods
 from bayes_hw.time_budget import time_is_up
 
@@ -42,6 +45,21 @@ def with_period_anew(fit: AnyFit) -> AnyFit:
     begun = [rest.with_effect(laws[0], values) for values in promising(rest, laws[0])]
     found = raced([one.descended_under(order, FIRST_STEPS) for one in begun], fit.score)
     return cast(AnyFit, highest([fit, *found]))
+
+
+def periodic_by_promise(fit: JointFit) -> list[JointFit]:
+    """The best explanation by every periodic law of a name that the fit lacks, begun at the periods at which
+    its torque promises most; none once time is up."""
+    scale = fit.response.scale
+    laws = [
+        f for f in free_forms(fit, FORMS) if f.is_law and f.label != OTHER and begins_with_periods(f, scale)
+    ]
+    found: list[JointFit] = []
+    for law in laws:
+        if not time_is_up():
+            begun = [fit.with_effect(law, values) for values in promising(fit, law)]
+            found += raced([one.descended_under(1, FIRST_STEPS) for one in begun])[:1]
+    return found
 
 
 def promising(fit: JointFit, form: Form) -> list[tuple[float, ...]]:

@@ -11,7 +11,7 @@ import numpy as np
 from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.structure_moves import pruned
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath

@@ -13,7 +13,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import BY_TWIST, REMEMBERING
+from bayes_hw.gap.joint.forms.joint_forms import BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
@@ -42,7 +42,7 @@ def sees_twist(fit: JointFit, number: int) -> bool:
     effect = fit.values.effects[number]
     if effect.form.base in TWISTS:
         return True
-    if effect.ports is None or not effect.ports.signal:
+    if not effect.looks_at_states:
         return False
     by_speed, by_acceleration = shares_of_motion(fit, number)
     return by_acceleration > max(TWISTED, LITTLE * by_speed)
@@ -65,9 +65,8 @@ def is_hidden_friction(fit: JointFit) -> bool:
     """Whether a law over a twist or its rate, or a dead band of what the drive asks for, looks at the speed
     of the axis: both are torques, which accelerate, and what follows the speed rubs."""
     for number, effect in enumerate(fit.values.effects):
-        own_motion = effect.ports is not None and effect.ports.signal
         demand = (effect.form.law, effect.form.base) == (K.GAP, K.BASE_COMMAND)
-        if demand or (own_motion and effect.form.base in TWISTS):
+        if demand or (effect.looks_at_states and effect.form.base in TWISTS):
             by_speed, by_acceleration = shares_of_motion(fit, number)
             if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
                 return True

@@ -41,7 +41,7 @@ def structural(fit: JointFit) -> JointFit:
 
 def looking(fit: JointFit) -> int:
     """How many of its laws look at a motion of their own."""
-    return sum(e.ports is not None and e.ports.signal for e in fit.values.effects)
+    return sum(e.looks_at_states for e in fit.values.effects)
 
 
 def finer(fit: JointFit) -> JointFit:

@@ -12,7 +12,8 @@ from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.answer.effect_view import VIEWS, effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues

@@ -5,7 +5,7 @@ from __future__ import annotations
 from joint_axis import GIVEN_SAMPLES, measured, model
 
 from bayes_hw.gap.joint.answer.joint_notes import of_unnamed
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.given_search import best_base
 
 

@@ -22,7 +22,7 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Laws that look at the states of G were begun for all labels where the first left noise of higher order;
-    beside white noise nothing is left to explain."""
+    beside white noise nothing is left to explain, unless by a law that looks at those states itself."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), 400, (1,)), model())
     fit = as_given(base.with_effect(rub.form, (0.02,)).descended())
@@ -57,6 +57,11 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
         ends = instead_of(other, base, nats, rivals, {"cubic_stiffness": alone})
         assert len(asked) == 1
         assert ends["cubic_stiffness"] is alone
+    looking = as_given(fit.with_signal(0))
+    looking = replace(looking, point=replace(looking.point, whitener=WHITE))
+    ends = instead_of(looking, base, nats, rivals, {"cubic_stiffness": alone})
+    assert asked[1:] == [{"cubic_stiffness"}]
+    assert ends["cubic_stiffness"] is fit
 
 
 def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
@@ -71,7 +76,10 @@ def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
         fit = as_given(begun.descended_under(0, 40).descended())
         found = given_rivals._exchanged(fit)
         assert found and not any(set(one.labels) & set(fit.labels) for one in found)
-        leads[law.label] = {one.labels[0]: fit.score - one.score for one in found}
+        kinds = [one.values.effects[-1].form.kind for one in found]
+        assert len(set(kinds)) == len(kinds)
+        nearest = sorted(found, key=lambda one: one.score)
+        leads[law.label] = {one.labels[0]: fit.score - one.score for one in nearest}
     assert abs(leads["friction"]["other"]) < 5
     assert leads["other"]["friction"] > 50
 

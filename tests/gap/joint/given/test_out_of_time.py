@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from joint_axis import GIVEN_SAMPLES, measured, model, some_effect
 
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.given_laws import every_law, kicked
 from bayes_hw.gap.joint.given.given_moves import as_given, further_modes, later
 from bayes_hw.gap.joint.given.given_rivals import instead_of

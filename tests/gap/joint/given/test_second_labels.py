@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from joint_axis import measured, model
 
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base

@@ -10,10 +10,11 @@ from joint_axis import GIVEN_SAMPLES, SIGMA, form, measured, model, torque
 
 from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
-from bayes_hw.gap.joint.given import given_search, settled
+from bayes_hw.gap.joint.given import clear_of_zone, settled
+from bayes_hw.gap.joint.given.clear_of_zone import slow_clear_of_zone
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base, search_given, slow_clear_of_zone
+from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.time_budget import at_most
@@ -79,5 +80,5 @@ def test_a_slow_cause_is_held_against_an_effect_clear_of_the_zone(monkeypatch: p
     clear = slow_clear_of_zone(base, base, slow)
     assert clear is not None
     assert clear.response.records is not base.response.records
-    monkeypatch.setattr(given_search, "slow_causes", lambda _: [])
+    monkeypatch.setattr(clear_of_zone, "slow_causes", lambda _: [])
     assert slow_clear_of_zone(base, base, slow) is None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from joint_axis import CASCADE
 
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.posterior.reported_quantities import static_gain
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 

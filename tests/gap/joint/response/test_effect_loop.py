@@ -11,7 +11,8 @@ from joint_axis import CASCADE, RATE, STRUCTURE, form, response_with, some_effec
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.control.simulator import simulate_loop
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.effect_loop import EffectLoop
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.identify.cascade_roots import linear_block

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from joint_axis import CASCADE, STRUCTURE, assert_tangents, command, form, response_with, some_effect, torque
 
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.model.blocks import DeadZone, Saturation

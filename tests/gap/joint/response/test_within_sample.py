@@ -20,7 +20,8 @@ from joint_axis import (
 )
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.response.within_sample import LEAST_POLE, Paths, Stepped, root_of

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale, some_effect
 
 from bayes_hw.crew import crew
@@ -51,6 +54,39 @@ def test_a_form_that_extends_another_is_offered_to_that_alone() -> None:
     ripple, drag = (some_effect(form(*name)) for name in (("torque_ripple",), ("other", "drag")))
     assert any(found.further for found, _ in other_forms(ripple, scale(SAMPLES)))
     assert not any(found.further for found, _ in other_forms(drag, scale(SAMPLES)))
+
+
+@pytest.mark.parametrize(
+    ("label", "first", "second"),
+    [
+        ("encoder_eccentricity", ("sine", "cosine"), ("second_sine", "second_cosine")),
+        ("torque_ripple", (), ("second",)),
+    ],
+)
+def test_what_was_found_alone_may_be_either_harmonic(
+    label: str, first: tuple[str, ...], second: tuple[str, ...]
+) -> None:
+    """The shape that is offered with it as the second is the same, of twice the period; none where a period
+    of twice the length is not seen often enough."""
+    travel = scale(SAMPLES)
+    wave = some_effect(form(label))
+    own = {slot.name: x for slot, x in zip(wave.form.slots(travel), wave.values, strict=True)}
+    own["wavenumber"] = 2 * np.pi * 8 / travel.travel
+    wave = replace(wave, values=np.array(list(own.values())))
+    begun = [
+        (f, dict(zip([s.name for s in f.slots(travel)], x, strict=True)))
+        for f, x in other_forms(wave, travel)
+        if f.further
+    ]
+    (same, doubled) = [values for _, values in begun]
+    assert {name: same[name] for name in own} == pytest.approx(own)
+    assert doubled["wavenumber"] == pytest.approx(own["wavenumber"] / 2)
+    assert all(doubled[name] == 0 for name in first)
+    assert all(doubled[name] != 0 for name in second)
+    long = replace(
+        wave, values=np.array(list((own | {"wavenumber": 2 * np.pi * 2 / travel.travel}).values()))
+    )
+    assert sum(f.further for f, _ in other_forms(long, travel)) == 1
 
 
 def test_limits_that_vary_with_position_are_held_against_either_form() -> None:

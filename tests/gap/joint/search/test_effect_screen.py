@@ -8,7 +8,8 @@ import numpy as np
 from joint_axis import CASCADE, SIGMA, STRUCTURE, command, form, measured, record, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import COARSE_TURNS, FORMS, TURN_STEP, JointScale
+from bayes_hw.gap.joint.forms.effect_form import JointScale
+from bayes_hw.gap.joint.forms.joint_forms import COARSE_TURNS, FORMS, TURN_STEP
 from bayes_hw.gap.joint.response.effect_paths import motor_angle
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues

@@ -25,7 +25,7 @@ from joint_axis import (
 from bayes_hw.errors import InputError
 from bayes_hw.gap.joint.decision.joint_decision import decide_jointly
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import FORMS
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.posterior.joint_posterior import laplace

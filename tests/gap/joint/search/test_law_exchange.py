@@ -20,7 +20,7 @@ from joint_axis import (
 )
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import BY_TWIST
+from bayes_hw.gap.joint.forms.joint_forms import BY_TWIST
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import sight

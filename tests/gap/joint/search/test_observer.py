@@ -26,7 +26,8 @@ from bayes_hw.gap.joint.answer.corrected_model import corrected_model, predict_c
 from bayes_hw.gap.joint.answer.free_function import Seen
 from bayes_hw.gap.joint.answer.joint_notes import of_followed
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.effect_form import FORMS, Form
+from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.residuals.readings import Readings, innovation_sigma

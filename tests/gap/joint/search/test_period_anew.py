@@ -11,7 +11,7 @@ from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
-from bayes_hw.gap.joint.search.period_anew import promising, with_period_anew
+from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, promising, with_period_anew
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
@@ -43,6 +43,17 @@ def period_of(values: np.ndarray) -> float:  # type: ignore[type-arg]
 def test_the_period_at_work_promises_most() -> None:
     starts = promising(explained_by().descended(), RIPPLE)
     assert any(period_of(np.array(start)) == pytest.approx(PERIOD, rel=0.04) for start in starts)
+
+
+def test_a_torque_is_begun_at_the_periods_that_promise_most() -> None:
+    """Of labels that the explanation lacks; none where it has them."""
+    bare = explained_by().descended()
+    found = periodic_by_promise(bare)
+    best = max(found, key=lambda fit: fit.score)
+    assert {label for fit in found for label in fit.labels} == {"torque_ripple"}
+    assert best.score > bare.score + 20
+    assert period_of(best.values.effects[-1].values) == pytest.approx(PERIOD, rel=0.02)
+    assert not periodic_by_promise(explained_by(rippling(PERIOD)))
 
 
 def test_a_wrong_period_is_left_for_the_right_one() -> None:
