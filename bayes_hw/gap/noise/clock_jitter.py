@@ -165,7 +165,6 @@ class SecondJitter:
     label: ClassVar[str] = JITTER.label
     form: ClassVar[str] = "with clock jitter"
     rounds: ClassVar[int] = 2
-    log_likelihood: ClassVar[float] = 0.0
 
     misfit: Misfit
     untimely: Untimely
@@ -187,6 +186,9 @@ class SecondJitter:
     def parameters(self) -> dict[str, tuple[float, float, str]]:
         spread = float(np.sqrt(self.square))
         return {CLOCK_SD: (spread, float(spread / np.sqrt(max(self.curvature, 1.0))), "s")}
+
+    def log_likelihood(self, noise: StateNoise) -> float:  # noqa: ARG002
+        return 0.0
 
     def beside(self, noise: StateNoise) -> SecondJitter:
         """tau^2 of most likelihood, the encoder's own noise free."""

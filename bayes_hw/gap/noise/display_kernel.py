@@ -74,21 +74,30 @@ def held_log_likelihood(y, simulated, hold, coefficient, innovation_sigma, total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def rounded_log_likelihood(y, simulated, step, sigma, total):  # type: ignore[no-untyped-def]
-    """Add the log-likelihood of rounded y (samples,) to `total` (n,), for `simulated` (samples, n).
+def rounded_log_likelihood(y, simulated, step, sigma, correlation, total):  # type: ignore[no-untyped-def]
+    """Add the log-likelihood of rounded y (samples,) to `total` (n,), for `simulated` (samples, n) and noise
+    before the rounding, of first order: marginal `sigma` (n,) and `correlation` (n,).
 
-    log(Phi(b) - Phi(a)) with a, b = (y -+ step / 2 - simulated) / sigma: white noise before the rounding.
+    log(Phi(b) - Phi(a)) with a, b = (y -+ step / 2 - expected) / spread. Of white noise exact; else what a
+    sample is expected to be follows from those before it, their rounding taken for noise of step^2 / 12.
     """
     samples, n = simulated.shape
     root = math.sqrt(2.0)
+    of_rounding = step * step / 12
     for i in range(n):
         value = 0.0
+        rho, fresh = correlation[i], sigma[i] ** 2 * (1 - correlation[i] ** 2)
+        mean, variance = 0.0, sigma[i] ** 2
         for k in range(samples):
-            middle = abs(y[k] - simulated[k, i])
-            a, b = (middle - 0.5 * step) / sigma[i], (middle + 0.5 * step) / sigma[i]
+            error = y[k] - simulated[k, i] - mean
+            spread, middle = math.sqrt(variance), abs(error)
+            a, b = (middle - 0.5 * step) / spread, (middle + 0.5 * step) / spread
             if a > 5.0:
                 hazard = a + 1 / (a + 2 / (a + 3 / a))
                 value += -0.5 * a * a - 0.5 * LOG_2PI - math.log(hazard)
             else:
                 value += math.log(max(0.5 * (math.erfc(a / root) - math.erfc(b / root)), SMALLEST))
+            gain = variance / (variance + of_rounding)
+            mean = rho * (mean + gain * error)
+            variance = rho * rho * (1 - gain) * variance + fresh
         total[i] += value

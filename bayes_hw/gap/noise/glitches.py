@@ -103,8 +103,7 @@ class SecondGlitches:
     def variances(self) -> list[FloatArray]:
         return [np.where(mask, np.inf, 0.0) for mask in self.glitches.masks]
 
-    @property
-    def log_likelihood(self) -> float:
+    def log_likelihood(self, noise: StateNoise) -> float:  # noqa: ARG002
         return self.glitches.log_likelihood
 
     @property

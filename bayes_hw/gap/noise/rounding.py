@@ -7,10 +7,11 @@ A rounding error of a moving axis is white and uniform over a step (Widrow and K
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
@@ -19,15 +20,24 @@ from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.state_noise import StateNoise
 from bayes_hw.gap.noise.stochastic_fit import StochasticFit
-from bayes_hw.gap.noise.whitener import Plain, Whitener, only_read
+from bayes_hw.gap.noise.whitener import Plain, Whitener, fit_autoregression, no_glitches, only_read
 
 SMALLEST_STEP = 1.8
 """Of the noise: a coarser lattice of y is quantization, a finer one is not told from noise."""
 
+LEAST_ANGLE = 0.02
+"""Of a step: standard deviation of an angle before rounding, at least."""
+
+COLOUR_NATS = 10.0
+"""By which noise before the rounding must be likelier with a correlation than white."""
+
+REFINING_EVALUATIONS = 60
+
 
 @dataclass(frozen=True)
 class RoundedLikelihood:
-    """Rounding to a lattice of known step under white noise: the logarithm of the noise.
+    """Rounding to a lattice of known step under noise of first order: the logarithm of the noise and, where
+    that is not white, the inverse hyperbolic tangent of its correlation.
 
     A probability of a lattice point over the step is comparable with the densities of other explanations.
     """
@@ -38,15 +48,21 @@ class RoundedLikelihood:
     spreads: FloatArray
 
     @classmethod
-    def near(cls, step: float, sigma: float, measured: Sequence[FloatArray]) -> RoundedLikelihood:
-        """Of `measured` (samples,), a record each, on a lattice of `step`, near a noise of `sigma`."""
+    def near(
+        cls, step: float, sigma: float, measured: Sequence[FloatArray], correlation: float = 0.0
+    ) -> RoundedLikelihood:
+        """Of `measured` (samples,), a record each, on a lattice of `step`, near a noise of `sigma` and
+        `correlation`, white where that is 0."""
         samples = sum(len(y) for y in measured)
-        return cls(measured, step, np.array([np.log(sigma)]), np.array([3 / np.sqrt(samples)]))
+        start = [np.log(sigma), np.arctanh(correlation)] if correlation else [np.log(sigma)]
+        return cls(measured, step, np.array(start), np.full(len(start), 3 / np.sqrt(samples)))
 
     def __call__(self, simulated: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
         total, sigma = np.zeros(len(noise)), self.sigma(noise)
+        correlation = np.tanh(noise[:, 1]) if noise.shape[1] > 1 else np.zeros(len(noise))
         for y, s in zip(self.measured, simulated, strict=True):
-            rounded_log_likelihood(y, np.ascontiguousarray(s), self.step, sigma, total)
+            simulation = np.ascontiguousarray(s)
+            rounded_log_likelihood(y, simulation, self.step, sigma, correlation, total)
             total -= len(y) * np.log(self.step)
         return total
 
@@ -56,11 +72,13 @@ class RoundedLikelihood:
 
 @dataclass(frozen=True)
 class RoundedDisplay:
-    """Rounding of y + noise to a lattice: its mean, a staircase with steps as soft as the noise."""
+    """Rounding of y + noise to a lattice: its mean, a staircase with steps as soft as the noise, which is of
+    first order."""
 
     step: float
     offset: float
     sigma: float
+    correlation: float = 0.0
 
     def show(self, y: FloatArray, record: int) -> FloatArray:  # noqa: ARG002
         place = (y - self.offset) / self.step
@@ -76,7 +94,7 @@ class RoundedDisplay:
         return list(simulated)
 
     def likelihood(self, measured: Sequence[FloatArray], whitener: Whitener) -> RoundedLikelihood:  # noqa: ARG002
-        return RoundedLikelihood.near(self.step, self.sigma, measured)
+        return RoundedLikelihood.near(self.step, self.sigma, measured, self.correlation)
 
     def found_again(self, fit: Misfit) -> StochasticFit | None:
         return quantization(fit, np.inf)
@@ -89,7 +107,6 @@ class SecondRounding:
     label: ClassVar[str] = ROUNDING
     form: ClassVar[str] = "with rounding"
     rounds: ClassVar[int] = 0
-    log_likelihood: ClassVar[float] = 0.0
 
     misfit: Misfit
     step: float
@@ -108,39 +125,71 @@ class SecondRounding:
     def parameters(self) -> dict[str, tuple[float, float, str]]:
         return rounding_step(self.step, self.misfit.scale.units.output)
 
+    def log_likelihood(self, noise: StateNoise) -> float:
+        return of_lattice(self.misfit.residuals, self.step, noise)
+
     def beside(self, noise: StateNoise) -> SecondRounding:  # noqa: ARG002
         """The lattice is a fact."""
         return self
 
 
+def of_lattice(residuals: Sequence[FloatArray], step: float, noise: StateNoise) -> float:
+    """By how much the residuals (samples,) of all records are likelier as points of a lattice of `step` than
+    as densities under `noise`, which holds the variance of their rounding: a filter that follows a reading
+    which stands still would have it likelier than certain."""
+    total, half = 0.0, 0.5 * step
+    for record, e in enumerate(residuals):
+        white, roots = noise.innovations(e, record)
+        white, roots = white[np.isfinite(roots)], roots[np.isfinite(roots)]
+        angles = np.sqrt(np.maximum(roots**2 - step**2 / 12, (LEAST_ANGLE * step) ** 2))
+        errors = white * roots
+        masses = _log_interval((errors - half) / angles, (errors + half) / angles) - np.log(step)
+        densities = -0.5 * (white**2 + np.log(2 * np.pi)) - np.log(roots)
+        total += float(np.sum(masses - densities))
+    return total
+
+
 def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
-    """Interval likelihood of rounded data, the noise before rounding white."""
+    """Interval likelihood of rounded data, the noise before rounding white, or of first order where that is
+    likelier."""
     measured = fit.measured
     step = lattice_step(only_read(measured, fit.unread))
     if step == 0:
         return None
-    e = np.concatenate(only_read(fit.residuals, fit.unread))
-    candidates = step * np.geomspace(0.02, 1.0, 30)
-    totals = [
-        float(np.sum(_log_interval((e - 0.5 * step) / s, (e + 0.5 * step) / s))) - len(e) * np.log(step)
-        for s in candidates
-    ]
-    best = int(np.argmax(totals))
-    sigma = float(candidates[best])
+    read, errors = only_read(measured, fit.unread), only_read(fit.residuals, fit.unread)
+    rounded = RoundedLikelihood.near(step, step, read)
+    simulated = [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
+
+    def cost(noise: FloatArray) -> float:
+        return -float(rounded(simulated, noise[None, :])[0])
+
+    best = min(np.log(step * np.geomspace(0.02, 1.0, 30))[:, None], key=cost)
+    sigma, correlation, total = float(np.exp(best[0])), 0.0, -cost(best)
     reference = min(sigma, nominal_sigma) if np.isfinite(nominal_sigma) and nominal_sigma > 0 else sigma
     if step < SMALLEST_STEP * reference:
         return None
-    display = RoundedDisplay(step, float(measured[0][0]), sigma)
+    coloured = minimize(
+        cost,
+        np.append(best, 0.5),
+        method="Nelder-Mead",
+        options={"maxfev": REFINING_EVALUATIONS, "xatol": 1e-3, "fatol": 0.1},
+    )
+    if -coloured.fun > total + COLOUR_NATS:
+        sigma, correlation = float(np.exp(coloured.x[0])), float(np.tanh(coloured.x[1]))
+        total = -float(coloured.fun)
+    display = RoundedDisplay(step, float(measured[0][0]), sigma, correlation)
     left = [
         y - display.show(s, record) for record, (y, s) in enumerate(zip(measured, fit.simulated, strict=True))
     ]
     spread = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
-    whitener = Plain(max(spread, 0.3 * sigma), totals[best], masked=tuple(fit.unread or ()))
+    whitener: Whitener = Plain(max(spread, 0.3 * sigma), total, masked=tuple(fit.unread or ()))
+    if correlation:
+        whitener = replace(fit_autoregression(left, no_glitches(left), 1, fit.unread), log_likelihood=total)
     return StochasticFit(
         ROUNDING,
         "",
         whitener,
-        totals[best],
+        total,
         rounding_step(step, fit.scale.units.output),
         display,
     )

@@ -115,6 +115,12 @@ class StateNoise(Homogeneous):
         _, mean = self._filtered(residual[:, None], record)
         return mean[:, 0], self._gains(record, len(residual)).variances
 
+    def innovations(self, residual: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
+        """Of residuals (samples,), both (samples,): unit innovations and their standard deviations, output
+        units, infinite where a sample was not read."""
+        white, _ = self._filtered(residual[:, None], record)
+        return white[:, 0], self._gains(record, len(residual)).roots
+
     def _filtered(self, columns: FloatArray, record: int) -> tuple[FloatArray, FloatArray]:
         """White columns and the disturbance expected in each, both (samples, n)."""
         samples, count = columns.shape

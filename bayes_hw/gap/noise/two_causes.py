@@ -45,9 +45,8 @@ class SecondCause(Protocol):
         """Of what it adds (samples,), a record each, output units squared."""
         ...
 
-    @property
-    def log_likelihood(self) -> float:
-        """Of what the filter of the slow noise does not see of it."""
+    def log_likelihood(self, noise: StateNoise) -> float:
+        """What the filter of slow `noise`, which was fitted beside it, does not see of it."""
         ...
 
     @property
@@ -78,7 +77,7 @@ def both(slow: SlowNoise, find_second: FindSecond) -> SlowNoise:
         alone = slow(second.misfit, start, second.variances)
         if alone is None or (noise := alone.whitener.with_states) is None:
             return None
-        total = alone.log_likelihood + second.log_likelihood
+        total = alone.log_likelihood + second.log_likelihood(noise)
         whitener = replace(noise, log_likelihood=total)
         held = replace(alone, whitener=whitener, log_likelihood=total)
         return held.with_second(second.label, second.form, second.parameters)

@@ -56,7 +56,7 @@ def test_rounding_by_the_normal_distribution() -> None:
     s, step = rng.normal(size=(50, 2)), 0.5
     y = step * np.round((s[:, 0] + 0.1 * rng.normal(size=50)) / step)
     sigma, found = np.array([0.2, 0.4]), np.zeros(2)
-    rounded_log_likelihood(y, s, step, sigma, found)
+    rounded_log_likelihood(y, s, step, sigma, np.zeros(2), found)
     for i in range(2):
         z = (np.abs(y - s[:, i])[:, None] + np.array([-0.5, 0.5]) * step) / sigma[i]
         expected = np.sum(norm.logsf(z[:, 0]) + np.log1p(-np.exp(norm.logsf(z[:, 1]) - norm.logsf(z[:, 0]))))

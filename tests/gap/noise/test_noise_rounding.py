@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +15,15 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.fit.explanation import with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.random_cause import ROUNDING
-from bayes_hw.gap.noise.rounding import SecondRounding, lattice_step, quantization
+from bayes_hw.gap.noise.rounding import (
+    RoundedDisplay,
+    SecondRounding,
+    lattice_step,
+    of_lattice,
+    quantization,
+)
 from bayes_hw.gap.noise.slow_noise import random_walk, wind
+from bayes_hw.gap.noise.state_noise import View, walking_noise
 from bayes_hw.gap.noise.stochastic_fit import StochasticFit
 from bayes_hw.gap.noise.two_causes import both as beside
 from bayes_hw.gap.search.stochastic_search import StochasticSearch
@@ -38,6 +46,38 @@ def test_quantization(step: float) -> None:
     plain = [y + white(SAMPLES, SIGMA, i) for i, y in enumerate(outputs())]
     assert lattice_step(plain) == 0
     assert quantization(of_records(plain, found_base), SIGMA) is None
+
+
+def test_noise_before_the_rounding_may_be_coloured() -> None:
+    """Its level and correlation; that of a rounding of white noise stays white, and slow noise explains no
+    more than either."""
+    found_base, step, sigma = base(), 0.02, 0.3 * 0.02
+    plain = found_base.simulate(found_base.builder.axis.nominal)
+    for correlation in (0.0, 0.85):
+        before = [coloured(SAMPLES, sigma, correlation, i) for i in range(len(plain))]
+        measured = [step * np.round((y + e) / step) for y, e in zip(plain, before, strict=True)]
+        host = of_records(measured, found_base)
+        found = quantization(host, sigma)
+        assert found is not None and isinstance(found.display, RoundedDisplay)
+        assert found.display.sigma == pytest.approx(sigma, rel=0.15)
+        assert found.display.correlation == pytest.approx(correlation, abs=0.08)
+        noise_of = found.display.likelihood(measured, found.whitener)
+        at_start = noise_of([y[:, None] for y in plain], noise_of.start[None, :])[0]
+        assert at_start == pytest.approx(found.log_likelihood, abs=1e-6)
+        walk = beside(random_walk, SecondRounding.of)(host)
+        assert walk is None or walk.log_likelihood < found.log_likelihood + 5
+
+
+def test_a_lattice_has_no_point_likelier_than_certain() -> None:
+    """Readings that stand still, under a filter that follows them: as densities they would be."""
+    step = 0.02
+    still = [np.zeros(400)]
+    noise_of = walking_noise(0.01 * step, 0.0, 1e-4 * step)
+    views = (View(np.ones(400), np.full(400, step**2 / 12)),)
+    noise_of = replace(noise_of, views=views).fitted_to(still)
+    lattice = noise_of.log_likelihood + of_lattice(still, step, noise_of) + 400 * np.log(step)
+    assert noise_of.log_likelihood + 400 * np.log(step) > 10
+    assert -10 < lattice <= 0
 
 
 def test_a_lattice_finer_than_the_noise_is_no_quantization() -> None:
