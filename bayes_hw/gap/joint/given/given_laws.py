@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
 from bayes_hw.gap.joint.search.structural import finer
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import time_is_up
 
@@ -45,8 +46,9 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     All of its starts are begun, and where the noise is of higher order, which may have taken up what they
     explain, under noise of the first as well, and under white noise, under which all that a law leaves
     counts: neither what a start promises nor a few steps without the states tell which law it is. They are
-    begun on the beginnings of long records. Laws that are periodic in position are left out, their starts are
-    too many. None once time is up.
+    begun on the beginnings of long records. Which start leaves the least under white noise is asked where a
+    law explains something, and not all. Laws that are periodic in position are left out, their starts are too
+    many. None once time is up.
     """
     if time_is_up():
         return []
@@ -63,7 +65,9 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     kinds.sort(key=lambda kind: -max(t.score for t in found[kind]))
     for kind in kinds[:KINDS_FINISHED]:
         found[kind] = _gone_on(found[kind], 2, FULL_STEPS)
-    for kind, closest in _closest(starts):
+    best = best_of([t for own in found.values() for t in own])
+    explains_some = best.score > fit.score + VERIFIED_NATS and best.noise_order > 1
+    for kind, closest in _closest(starts) if explains_some else ():
         found[kind].append(as_given(finer(explained_slowly(as_given(_whole(closest, fit).descended())))))
     return [best_of(found[kind]) for kind in kinds]
 
