@@ -259,7 +259,7 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         lambda: [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)],
         lambda: with_further_forms(found) + with_signals(found),
         lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
-        lambda: [as_given(t) for t in periodic_by_promise(begun)] if something_is_left(begun, found) else [],
+        lambda: _further_periods(begun) if begun.labels and something_is_left(begun, found) else [],
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
         lambda: other_laws(best_of(found)) if found else [],
@@ -268,6 +268,12 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         if not time_is_up():
             found += move()
     return found
+
+
+def _further_periods(begun: GivenFit) -> list[GivenFit]:
+    """The best explanations with one more periodic torque: a wave in the residual shows its period less well
+    beside another label, which has taken up some of it."""
+    return [as_given(t) for t in periodic_by_promise(begun)]
 
 
 def _one_pays(found: Sequence[GivenFit], begun: GivenFit) -> bool:

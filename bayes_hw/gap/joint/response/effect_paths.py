@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import JointScale
-from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.response.joint_values import DIRECT_POLE, Effect, JointValues
 from bayes_hw.gap.joint.response.loop_kernel import limited_commands
 from bayes_hw.identify.cascade import Structure
 
@@ -60,6 +60,18 @@ def through_port(values: JointValues, effect: Effect, rows: FloatArray) -> Float
         found += lfilter([0.0, c1, c2], [1.0, -a1, a2], rows, axis=1)
     weight, pole = ports.direct
     return np.asarray(found + lfilter([0.0, weight], [1.0, -pole], rows, axis=1), dtype=np.float64)
+
+
+def port_columns(values: JointValues, torques: FloatArray) -> FloatArray:
+    """w (n, columns, samples) under torques (n, samples), a column for every weight of a port: how a torque
+    enters is linear in them."""
+    c, direct = values.cascade, DIRECT_POLE
+    columns = [lfilter([0.0, 1.0], [1.0, -pole], torques, axis=1) for pole in c.real[0]]
+    for a1, a2 in c.sections[:2].T:
+        first = lfilter([0.0, 1.0], [1.0, -a1, a2], torques, axis=1)
+        columns += [first, np.pad(first[:, :-1], ((0, 0), (1, 0)))]
+    columns.append(lfilter([0.0, 1.0], [1.0, -direct], torques, axis=1))
+    return np.stack(columns, axis=1)
 
 
 def drive_response(structure: Structure, values: JointValues, z: ComplexArray) -> ComplexArray:

@@ -196,6 +196,13 @@ class JointResponse:
         observer is part of the effects, else the same as `simulate` gives."""
         return self._along(self.packed(values), number)[0]
 
+    def beside(self, values: JointValues, laws: Sequence[Effect]) -> list[Simulated]:
+        """The response to the command of every record, with laws beside the effects whose torques enter
+        nowhere: their signals and torques are the last ones."""
+        larger = JointValues(values.cascade, (*values.effects, *laws))
+        response = replace(self, template=larger.effects)
+        return [response.along(larger, number) for number in range(len(self.records))]
+
     def packed(self, values: JointValues, tangents: bool = False, first: int = 0) -> PackedAxis:
         """The axis at `values`, to be simulated under any command."""
         return PackedAxis(self.structure, values, self.scale, self.steps, tangents, first)

@@ -10,6 +10,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.identify.cascade import CascadeValues
 
+DIRECT_POLE = 0.5
+"""Of what a port passes beside the poles of G, at first."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ports:
@@ -27,7 +30,7 @@ class Ports:
     def none(cls, n_real: int, n_sections: int) -> Ports:
         """A port that passes nothing."""
         return cls(
-            np.zeros(n_real), np.zeros((2, n_sections)), np.array([0.0, 0.5]),
+            np.zeros(n_real), np.zeros((2, n_sections)), np.array([0.0, DIRECT_POLE]),
             np.zeros(n_real), np.zeros((2, n_sections)),
         )  # fmt: skip
 

@@ -132,10 +132,7 @@ class _Old:
 
     def _beside(self, laws: Sequence[Effect]) -> tuple[FloatArray, FloatArray]:
         """What laws look at through which nothing enters the fit, and their torques, (laws, samples) each."""
-        values = self.fit.values
-        beside = JointValues(values.cascade, (*values.effects, *laws))
-        response = replace(self.fit.response, template=beside.effects)
-        runs = [response.along(beside, i) for i in range(len(response.records))]
+        runs = self.fit.response.beside(self.fit.values, laws)
         signals = np.concatenate([run.signals[-len(laws) :] for run in runs], axis=1)
         return signals, np.concatenate([run.torques[-len(laws) :] for run in runs], axis=1)
 

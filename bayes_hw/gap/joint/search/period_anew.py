@@ -13,19 +13,24 @@ from typing import cast
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray, IntArray, highest_peaks
+from bayes_hw.arrays import FloatArray, highest_peaks
 from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS, scanned_cycles
-from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
+from bayes_hw.gap.joint.residuals.noise_screen import NoiseScreen, noise_screens
+from bayes_hw.gap.joint.response.effect_paths import port_columns
+from bayes_hw.gap.joint.response.joint_values import Effect, Ports
 from bayes_hw.gap.joint.search.effect_moves import free_forms
 from bayes_hw.gap.joint.search.effect_screen import begins_with_periods
 from bayes_hw.time_budget import time_is_up
 
 TRIED = 2
 """Peaks of the promise under each noise."""
+
+LAWS_AT_ONCE = 16
+"""Whose torques are worked out and projected together."""
 
 FIRST_STEPS = 10
 
@@ -70,15 +75,26 @@ def promising(fit: JointFit, form: Form) -> list[tuple[float, ...]]:
     every = [float(period) for period in periods if period >= scale.shortest]
     starts = [form.starts(replace(scale, periods=(one,), motor_periods=(one,))) for one in every]
     noises = noise_screens(fit)
-
-    def best_phase(phases: Sequence[tuple[float, ...]]) -> tuple[FloatArray, IntArray]:
-        gains = np.array([[noise.gain(fit.effect_tangents(form, one)) for one in phases] for noise in noises])
-        return gains.max(axis=1), gains.argmax(axis=1)
-
-    asked = each(best_phase, starts)
+    flat = [one for phases in starts for one in phases]
+    parts = [flat[i : i + LAWS_AT_ONCE] for i in range(0, len(flat), LAWS_AT_ONCE)]
+    asked = np.concatenate(each(lambda part: promises(fit, form, part, noises), parts), axis=1)
+    by_phase = asked.reshape(len(noises), len(starts), -1)
     found: dict[tuple[float, ...], None] = {}
-    for noise in range(len(noises)):
-        row = np.array([gains[noise] for gains, _ in asked])
-        for i in highest_peaks(row)[:TRIED]:
-            found[starts[i][asked[i][1][noise]]] = None
+    for gains in by_phase:
+        for i in highest_peaks(gains.max(axis=1))[:TRIED]:
+            found[starts[i][int(gains[i].argmax())]] = None
     return list(found)
+
+
+def promises(
+    fit: JointFit, form: Form, starts: Sequence[tuple[float, ...]], noises: Sequence[NoiseScreen]
+) -> FloatArray:
+    """Nats (noises, starts) that the torques of a law promise through the weights of a port."""
+    values, response = fit.values, fit.response
+    ports = Ports.none(fit.structure.real_poles, fit.structure.sections)
+    laws = [Effect(form, np.array(start), ports) for start in starts]
+    tangents = []
+    for number, run in enumerate(response.beside(values, laws)):
+        over = 1.0 if response.weights is None else response.weights[number]
+        tangents.append(port_columns(values, run.torques[-len(laws) :]) * (run.slope / over))
+    return np.stack([noise.gains(tangents) for noise in noises])
