@@ -30,6 +30,9 @@ HARD_SHARES = np.geomspace(0.004, 0.1, 150)
 LIMIT_NUMBERS = 3
 """What a limit costs that is the best of many, numbers."""
 
+SLIDING_NATS = 5.0
+"""That sliding must promise to be fitted."""
+
 ROUNDS, SLIDING_ROUNDS, PATIENCE = 2, 24, 8
 """Rounds of an error's numbers and the base in turn, and those without a gain that are waited for."""
 
@@ -83,9 +86,10 @@ def free_shape(base: GivenFit) -> ShapedFit:
 
     begun = ShapedFit(base.response, base.point)
     shaped = [_beside(base, partial(splines, n), replace(begun, taken=n), ROUNDS) for n in KNOTS]
-    numbers = 1 + LIMIT_NUMBERS * len(base.response.records)
-    slid = _beside(base, _slides, replace(begun, taken=numbers, slides=True), SLIDING_ROUNDS)
-    return max([*shaped, slid], key=lambda fit: fit.score)
+    if _sliding(_under_little_noise(base, begun), _angles(base))[1] > SLIDING_NATS:
+        numbers = 1 + LIMIT_NUMBERS * len(base.response.records)
+        shaped.append(_beside(base, _slides, replace(begun, taken=numbers, slides=True), SLIDING_ROUNDS))
+    return max(shaped, key=lambda fit: fit.score)
 
 
 def _angles(fit: GivenFit) -> list[FloatArray]:
@@ -94,9 +98,14 @@ def _angles(fit: GivenFit) -> list[FloatArray]:
 
 
 def _slides(at: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
+    """Columns of `_sliding`."""
+    return _sliding(at, angles)[0]
+
+
+def _sliding(at: GivenFit, angles: Sequence[FloatArray]) -> tuple[list[FloatArray], float]:
     """Steps (1, samples) of a disc against the shaft where its acceleration is beyond the limit that explains
     most of what `at` leaves, of all records and then of each: what holds the disc may change. They show where
-    the dead zone does not hold the output."""
+    the dead zone does not hold the output. With the nats that they promise."""
     response, values = at.response, at.values
     slopes = [response.along(values, number).slope for number in range(len(angles))]
     weights = response.weights or [np.ones(len(w)) for w in angles]
@@ -117,7 +126,7 @@ def _slides(at: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
     best = max(([i] * len(steps) for i in count), key=gain)
     for record in range(len(steps)):
         best = max(([*best[:record], i, *best[record + 1 :]] for i in count), key=gain)
-    return chosen(best)
+    return chosen(best), gain(best)
 
 
 def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> ShapedFit:
@@ -125,12 +134,9 @@ def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> Sh
     some rounds, each under noise of the first order at most, which takes up little of it."""
     found = [fit]
     for _ in range(rounds):
-        whitener = fit.point.whitener
-        if whitener.order > 1:
-            whitener = first_order_noise(fit.point.residuals)
-        at = replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
+        at = _under_little_noise(base, fit)
         own = columns(at, _angles(fit))
-        shape = best_coefficients(fit, base, own, whitener)
+        shape = best_coefficients(fit, base, own, at.point.whitener)
         if not np.isfinite(shape).all():
             break
         pairs = zip(base.response.records, own, strict=True)
@@ -142,3 +148,11 @@ def _beside(base: GivenFit, columns: Columns, fit: ShapedFit, rounds: int) -> Sh
         if len(found) > PATIENCE and fit.score < max(one.score for one in found[:-PATIENCE]):
             break
     return max(found[1:] or found, key=lambda one: one.score)
+
+
+def _under_little_noise(base: GivenFit, fit: GivenFit) -> GivenFit:
+    """`base` at the coordinates of `fit`, under its noise, of the first order at most."""
+    whitener = fit.point.whitener
+    if whitener.order > 1:
+        whitener = first_order_noise(fit.point.residuals)
+    return replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
