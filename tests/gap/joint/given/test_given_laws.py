@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
-from joint_axis import SIGMA, measured, model, torque
+from joint_axis import SIGMA, form, measured, model, torque
 
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
-from bayes_hw.gap.joint.given.given_laws import kicked
+from bayes_hw.gap.joint.given import given_laws
+from bayes_hw.gap.joint.given.given_laws import every_law, kicked
 from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import best_base
 
@@ -22,3 +26,24 @@ def test_a_law_that_a_descent_ends_short_of_iskicked_to_it() -> None:
     alone = as_given(begun.descended_under(0, 40))
     assert alone.point.rms > 2 * SIGMA
     assert kicked(alone).point.rms == pytest.approx(SIGMA, rel=0.1)
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.012])
+def test_which_start_leaves_the_least_is_asked_where_a_law_explains_some(
+    weight: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Here by a law that stands in for one that is not tried; beside a walk that none explains it is not."""
+    planted = (torque(DRIVE_FORMS[0], (0.1,), weight, seen=0.5),) if weight else ()
+    records = measured(planted, FEW, (1, 2))
+    walk = [
+        2 * SIGMA * np.cumsum(np.random.default_rng(i).standard_normal(len(r))) for i, r in enumerate(records)
+    ]
+    if not weight:
+        records = [replace(r, y=r.y + e) for r, e in zip(records, walk, strict=True)]
+    base = best_base(records, model())
+    assert base.noise_order > 1
+    asked: list[int] = []
+    monkeypatch.setattr(given_laws, "_closest", lambda starts: asked.append(len(starts)) or [])
+    monkeypatch.setattr(given_laws, "FULL_STEPS", 2)
+    every_law(base, [form("friction", "Coulomb, motor")])
+    assert bool(asked) == bool(weight)
