@@ -230,7 +230,16 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         rivals |= causes
     elif base.response.records is not trail.whole.response.records:
         base, fit = (on_records(one, trail.whole.response.records) for one in (base, fit))
+        fit = _with_what_only_all_show(fit)
     return replace(trail, fit=fit, base=base, rivals=rivals)
+
+
+def _with_what_only_all_show(fit: GivenFit) -> GivenFit:
+    """With one more label where an explanation that was found clear of the dead zone leaves noise of higher
+    order of all samples: there are more of them, and steps of a slow error at the zone's edges."""
+    if fit.noise_order <= 1 or not 0 < len(set(fit.labels)) < MOST_EFFECTS:
+        return fit
+    return pruned(best_of([fit, *(explained_slowly(as_given(t)) for t in effect_candidates(fit, FORMS))]))
 
 
 def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
