@@ -65,7 +65,7 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     kinds.sort(key=lambda kind: -max(t.score for t in found[kind]))
     for kind in kinds[:KINDS_FINISHED]:
         found[kind] = _gone_on(found[kind], 2, FULL_STEPS)
-    best = best_of([t for own in found.values() for t in own])
+    best = best_of([fit, *(t for own in found.values() for t in own)])
     explains_some = best.score > fit.score + VERIFIED_NATS and best.noise_order > 1
     for kind, closest in _closest(starts) if explains_some else ():
         found[kind].append(as_given(finer(explained_slowly(as_given(_whole(closest, fit).descended())))))

@@ -47,3 +47,4 @@ def test_which_start_leaves_the_least_is_asked_where_a_law_explains_some(
     monkeypatch.setattr(given_laws, "FULL_STEPS", 2)
     every_law(base, [form("friction", "Coulomb, motor")])
     assert bool(asked) == bool(weight)
+    assert every_law(base, [form("command_bias")]) == []
