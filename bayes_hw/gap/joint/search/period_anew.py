@@ -69,10 +69,12 @@ def periodic_by_promise(fit: JointFit) -> list[JointFit]:
 
 def promising(fit: JointFit, form: Form) -> list[tuple[float, ...]]:
     """The starts of a periodic form where its promise under each noise has its highest peaks, of all periods
-    over the travel."""
+    over the travel; none where all are shorter than may be looked for."""
     scale = fit.response.scale
     periods = scale.travel / scanned_cycles()
     every = [float(period) for period in periods if period >= scale.shortest]
+    if not every:
+        return []
     starts = [form.starts(replace(scale, periods=(one,), motor_periods=(one,))) for one in every]
     noises = noise_screens(fit)
     flat = [one for phases in starts for one in phases]

@@ -45,6 +45,13 @@ def test_the_period_at_work_promises_most() -> None:
     assert any(period_of(np.array(start)) == pytest.approx(PERIOD, rel=0.04) for start in starts)
 
 
+def test_no_period_is_shorter_than_may_be_looked_for() -> None:
+    bare = explained_by()
+    coarse = replace(bare.response, scale=replace(bare.response.scale, shortest=bare.response.scale.travel))
+    assert promising(bare.under(coarse), RIPPLE) == []
+    assert periodic_by_promise(bare.under(coarse)) == []
+
+
 def test_a_torque_is_begun_at_the_periods_that_promise_most() -> None:
     """Of labels that the explanation lacks; none where it has them."""
     bare = explained_by().descended()
