@@ -63,7 +63,8 @@ def periodic_by_promise(fit: JointFit) -> list[JointFit]:
     for law in laws:
         if not time_is_up():
             begun = [fit.with_effect(law, values) for values in promising(fit, law)]
-            found += raced([one.descended_under(1, FIRST_STEPS) for one in begun])[:1]
+            if begun:
+                found.append(highest(raced([one.descended_under(1, FIRST_STEPS) for one in begun])))
     return found
 
 
