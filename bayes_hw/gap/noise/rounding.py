@@ -153,10 +153,11 @@ def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white, or of first order where that is
     likelier."""
     measured = fit.measured
-    step = lattice_step(only_read(measured, fit.unread))
+    read = only_read(measured, fit.unread)
+    step = lattice_step(read)
     if step == 0:
         return None
-    read, errors = only_read(measured, fit.unread), only_read(fit.residuals, fit.unread)
+    errors = only_read(fit.residuals, fit.unread)
     rounded = RoundedLikelihood.near(step, step, read)
     simulated = [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
 

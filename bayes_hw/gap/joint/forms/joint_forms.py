@@ -67,18 +67,18 @@ def _slow(scale: JointScale, row: int, name: str = "time") -> Slot:
     return Slot(row, name, True, 0.02 * scale.samples, 3.0 * scale.samples)
 
 
+def _speed_unit(scale: JointScale, base: int) -> float:
+    return scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+
+
 def _friction(scale: JointScale, base: int) -> Slot:
-    unit = scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+    unit = _speed_unit(scale, base)
     return Slot(0, "smoothing_speed", True, 0.003 * unit, 0.15 * unit)
 
 
 def _bristle(scale: JointScale, base: int) -> Slot:
-    unit = scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
+    unit = _speed_unit(scale, base)
     return Slot(0, "presliding", True, 0.003 * unit, 10 * unit)
-
-
-def _speed_unit(scale: JointScale, base: int) -> float:
-    return scale.speed * (1.0 if base == K.BASE_COMMAND else scale.gain)
 
 
 def _coulomb(place: str, base: int) -> Form:

@@ -77,7 +77,8 @@ Columns: TypeAlias = Callable[[GivenFit, Sequence[FloatArray]], list[FloatArray]
 def free_shape(base: GivenFit) -> ShapedFit:
     """The best of a few numbers of knots, and of a disc that slides, beside what explains the readings in
     `base`."""
-    joined = np.concatenate(_angles(base))
+    angles_of_base = _angles(base)
+    joined = np.concatenate(angles_of_base)
     ends = joined.min(), joined.max()
 
     def splines(count: int, _: GivenFit, angles: Sequence[FloatArray]) -> list[FloatArray]:
@@ -86,7 +87,7 @@ def free_shape(base: GivenFit) -> ShapedFit:
 
     begun = ShapedFit(base.response, base.point)
     shaped = [_beside(base, partial(splines, n), replace(begun, taken=n), ROUNDS) for n in KNOTS]
-    if _sliding(_under_little_noise(base, begun), _angles(base))[1] > SLIDING_NATS:
+    if _sliding(_under_little_noise(base, begun), angles_of_base)[1] > SLIDING_NATS:
         numbers = 1 + LIMIT_NUMBERS * len(base.response.records)
         shaped.append(_beside(base, _slides, replace(begun, taken=numbers, slides=True), SLIDING_ROUNDS))
     return max(shaped, key=lambda fit: fit.score)
