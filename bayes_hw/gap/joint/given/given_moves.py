@@ -35,8 +35,6 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 FEW_STARTS, KINDS_FINISHED = 3, 4
 """Starts of another law of a signal; kinds that go on to their end."""
 
-OVER_POSITION = ("gain_asymmetry", "encoder_eccentricity")
-
 WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
 """Of a label, begun under white noise; descents under it, while one gains more than a little."""
 
@@ -77,16 +75,16 @@ def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
 def both_over_position(fit: GivenFit) -> list[GivenFit]:
     """The best explanations by both labels that are errors of the reading over position: noise takes up what
     either leaves of the other, so that neither alone shows what it is worth."""
-    found = [as_given(t) for t in effect_candidates(fit, _of_labels(OVER_POSITION[:1]))]
+    found = [as_given(t) for t in effect_candidates(fit, forms_of("gain_asymmetry"))]
     return [
         explained_slowly(as_given(t))
         for one in found
-        for t in effect_candidates(one, _of_labels(OVER_POSITION[1:]))
+        for t in effect_candidates(one, forms_of("encoder_eccentricity"))
     ]
 
 
-def _of_labels(labels: Sequence[str]) -> list[Form]:
-    return [form for form in GIVEN_FORMS if form.label in labels]
+def forms_of(label: str) -> list[Form]:
+    return [form for form in GIVEN_FORMS if form.label == label]
 
 
 def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:

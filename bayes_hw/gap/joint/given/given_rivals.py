@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
-from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
-from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law, kicked
 from bayes_hw.gap.joint.given.given_moves import (
     as_given,
     best_of,
+    forms_of,
     further_modes,
     later,
     with_further_forms,
@@ -72,7 +72,7 @@ def instead_of(
         if rest.labels or end is None or not seen_alike(end, fit):
             trials = _of_label(rest, label)
         else:
-            trials = [end, *every_law(rest, _forms_of(label))] if bends else [end]
+            trials = [end, *every_law(rest, forms_of(label))] if bends else [end]
         if trials:
             found[label] = with_base_anew(as_given(finer(best_of(trials))))
     for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) and not time_is_up() else ():
@@ -151,13 +151,9 @@ def seen_alike(one: GivenFit, other: GivenFit) -> bool:
     return one.response.records is other.response.records and one.response.weights is other.response.weights
 
 
-def _forms_of(label: str) -> list[Form]:
-    return [form for form in GIVEN_FORMS if form.label == label]
-
-
 def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
-    forms = _forms_of(label)
+    forms = forms_of(label)
     found = [as_given(t) for t in effect_candidates(fit, forms)]
     found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:

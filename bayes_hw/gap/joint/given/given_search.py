@@ -323,10 +323,10 @@ def _followed(
         best = settled(with_base_anew(explained_slowly(as_given(finer(best_of(trials))))))
         if fit is base and is_shape(base, best_of([base, best])):
             best = best_of([base, best, *both_over_position(base)])
-        if fit is base and is_shape(base, best):
-            fit = best_of([base, best])
-            say("a function of position explains far more")
-            break
+            if is_shape(base, best):
+                fit = best
+                say("a function of position explains far more")
+                break
         doubtful = is_doubtful(best, fit, base, readings)
         if best.score <= fit.score or (doubtful and fit.labels):
             break
