@@ -153,28 +153,21 @@ def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white, or of first order where that is
     likelier."""
     measured = fit.measured
-    read = only_read(measured, fit.unread)
+    read, simulated = _as_simulated(fit)
     step = lattice_step(read)
     if step == 0:
         return None
-    errors = only_read(fit.residuals, fit.unread)
     rounded = RoundedLikelihood.near(step, step, read)
-    simulated = [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
-
-    def cost(noise: FloatArray) -> float:
-        return -float(rounded(simulated, noise[None, :])[0])
-
-    best = min(np.log(step * np.geomspace(0.02, 1.0, 30))[:, None], key=cost)
-    sigma, correlation, total = float(np.exp(best[0])), 0.0, -cost(best)
-    reference = min(sigma, nominal_sigma) if np.isfinite(nominal_sigma) and nominal_sigma > 0 else sigma
-    if step < SMALLEST_STEP * reference:
+    white = _likeliest_white(rounded, simulated)
+    if not _above(step, float(np.exp(white[0])), nominal_sigma):
         return None
     coloured = minimize(
-        cost,
-        np.append(best, 0.5),
+        lambda noise: -_total(rounded, simulated, noise),
+        np.append(white, 0.5),
         method="Nelder-Mead",
         options={"maxfev": REFINING_EVALUATIONS, "xatol": 1e-3, "fatol": 0.1},
     )
+    sigma, correlation, total = float(np.exp(white[0])), 0.0, _total(rounded, simulated, white)
     if -coloured.fun > total + COLOUR_NATS:
         sigma, correlation = float(np.exp(coloured.x[0])), float(np.tanh(coloured.x[1]))
         total = -float(coloured.fun)
@@ -194,6 +187,39 @@ def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
         rounding_step(step, fit.scale.units.output),
         display,
     )
+
+
+def is_rounded(fit: Misfit, nominal_sigma: float) -> bool:
+    """Whether the measured values lie on a lattice well above the noise."""
+    read, simulated = _as_simulated(fit)
+    step = lattice_step(read)
+    if step == 0:
+        return False
+    white = _likeliest_white(RoundedLikelihood.near(step, step, read), simulated)
+    return _above(step, float(np.exp(white[0])), nominal_sigma)
+
+
+def _as_simulated(fit: Misfit) -> tuple[list[FloatArray], list[FloatArray]]:
+    """What was read, (samples,) a record, and what was simulated for it, (samples, 1)."""
+    read = only_read(fit.measured, fit.unread)
+    errors = only_read(fit.residuals, fit.unread)
+    return read, [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
+
+
+def _total(rounded: RoundedLikelihood, simulated: Sequence[FloatArray], noise: FloatArray) -> float:
+    return float(rounded(simulated, noise[None, :])[0])
+
+
+def _likeliest_white(rounded: RoundedLikelihood, simulated: Sequence[FloatArray]) -> FloatArray:
+    """The logarithm of white noise before the rounding, (1,), on a grid up to the step."""
+    grid = np.log(rounded.step * np.geomspace(0.02, 1.0, 30))[:, None]
+    return np.asarray(max(grid, key=lambda noise: _total(rounded, simulated, noise)))
+
+
+def _above(step: float, sigma: float, nominal_sigma: float) -> bool:
+    """Whether a step is told from noise of `sigma`, or of the nominal one where that is known and smaller."""
+    known = np.isfinite(nominal_sigma) and nominal_sigma > 0
+    return step >= SMALLEST_STEP * (min(sigma, nominal_sigma) if known else sigma)
 
 
 def lattice_step(measured: Sequence[FloatArray]) -> float:

@@ -15,7 +15,7 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.kinds import ONE_CAUSE, TWO_CAUSES, FitNoise
 from bayes_hw.gap.noise.random_cause import JITTER, ROUNDING
-from bayes_hw.gap.noise.rounding import lattice_step, quantization
+from bayes_hw.gap.noise.rounding import is_rounded, lattice_step, quantization
 from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.screen import Screen, best_forms
@@ -63,7 +63,7 @@ class StochasticSearch:
 
     def rounded(self, host: Fit) -> bool:
         """Whether the records lie on a lattice well above the noise: a fact, no hypothesis."""
-        return self.lattice and self._quantization(host) is not None
+        return self.lattice and is_rounded(host, self.sigma)
 
     def beside(
         self, base: Explanation, coloured: Sequence[Explanation], singles: Sequence[Fit]
