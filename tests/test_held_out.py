@@ -16,11 +16,19 @@ def test_what_is_given_stays() -> None:
     assert (chosen.train, chosen.holdout, chosen.lead, chosen.said) == ((first,), (second,), 0, "")
 
 
-def test_of_several_records_the_last() -> None:
+def test_of_several_alike_the_last() -> None:
     first, second, third = measured((), 60, (1, 2, 3))
     chosen = held_out_of([first, second, third], [])
     assert chosen.train == (first, second) and chosen.holdout == (third,)
     assert third.name in chosen.said
+
+
+def test_of_two_records_no_more_than_a_third_of_all() -> None:
+    first, second = measured((), 60, (1, 2))
+    chosen = held_out_of([first, second], [])
+    assert chosen.train[0] is first and len(chosen.train[1]) == chosen.lead == 20
+    assert chosen.holdout == (second,)
+    assert "the last 2 s of" in chosen.said
 
 
 @pytest.mark.compiles("cascades")

@@ -28,8 +28,8 @@ from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
 
-TRAINED_SHARE = 2 / 3
-"""Of a single record; the rest is held out."""
+HELD_OUT_SHARE = 1 / 3
+"""Of all samples, at most, where nobody said what to hold out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +44,21 @@ class HeldOut:
 
 
 def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
-    """Of several records the last is held out where none is given, of one its last third."""
+    """Where none is given the last record is held out, or of a long one its end: no more than a third of all
+    samples, since a structure chosen on few of them may be another one."""
     if holdout:
         return HeldOut(tuple(records), tuple(holdout), 0, "")
-    last = records[-1]
-    if len(records) > 1:
+    *others, last = records
+    held = round(HELD_OUT_SHARE * sum(len(record) for record in records))
+    if len(last) <= held:
         said = f"no record was held out, so that the last, {last.name}, was: it scores and is not fitted"
-        return HeldOut(tuple(records[:-1]), (last,), 0, said)
-    beginning, rest = last.split(TRAINED_SHARE)
-    said = f"no record was held out, so that the last third of {last.name} was: it scores and is not fitted"
-    return HeldOut((beginning,), (last,), len(last) - len(rest), said)
+        return HeldOut(tuple(others), (last,), 0, said)
+    beginning, rest = last.split(1 - held / len(last))
+    said = (
+        f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of all "
+        "samples: they score and are not fitted"
+    )
+    return HeldOut((*others, beginning), (last,), len(beginning), said)
 
 
 CORRECTED_FILES = ["corrected.json", "verdict.json", "holdout_prediction.csv"]

@@ -80,9 +80,6 @@ their own; a slow axis shows a staircase of any length."""
 RHYTHM_NATS = 20.0
 """By which noise must change with the sample number to have a cause in the readings' electronics."""
 
-COMMANDED_NATS = 25.0
-"""From which what noise of a cause knows of the command is no chance."""
-
 LEAST_BESIDE = 0.1
 """Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
 and what mends it a little is no effect of its own."""
@@ -123,7 +120,7 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif found.remainder.commanded > COMMANDED_NATS or found.remainder.refuted > calibration.refuted:
+    elif max(found.remainder.commanded, found.remainder.refuted) > calibration.refuted:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:

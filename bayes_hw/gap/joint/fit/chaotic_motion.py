@@ -67,17 +67,20 @@ def _under_its_torques(fit: JointFit) -> tuple[JointFit, IntArray]:
         where += kept
         at += size
     held_values = JointValues(values.cascade, tuple(effects))
-    plain, records = replace(response, template=held_values.effects), []
-    for i, record in enumerate(response.records):
-        run = response.along(values, i)
+    runs = [response.along(values, i) for i in range(len(response.records))]
+    known = []
+    for record, run in zip(response.records, runs, strict=True):
         torques = {
             _column(number): run.torques[values.law_row(number)]
             for number, effect in enumerate(values.effects)
             if effect.is_own_law
         }
-        known = replace(record, known={**record.known, **torques})
-        w = replace(plain, records=[known]).along(held_values, 0).y
-        records.append(replace(known, y=record.y - run.y + w))
+        known.append(replace(record, known={**record.known, **torques}))
+    plain = replace(response, template=held_values.effects, records=known)
+    records = [
+        replace(record, y=record.y - run.y + plain.along(held_values, i).y)
+        for i, (record, run) in enumerate(zip(known, runs, strict=True))
+    ]
     plain = replace(plain, records=records)
     held = JointFit(plain, evaluate(plain, plain.coordinates(held_values), fit.point.whitener))
     return held, np.array(where)

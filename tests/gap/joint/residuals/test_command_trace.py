@@ -9,7 +9,7 @@ from joint_axis import CASCADE, SIGMA, STRUCTURE, command, record, response_with
 from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.decision.joint_decision import COMMANDED_NATS
+from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.command_trace import command_nats, last_direction
 from bayes_hw.gap.joint.response.joint_response import JointResponse
@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
+REFUTED = JointCalibration.built_in().refuted
 INTEGRATING = replace(CASCADE, integrator_residue=0.1)
 STRUCTURE_TOO = replace(STRUCTURE, integrator=True)
 
@@ -30,11 +31,14 @@ def _nats(angles: list[FloatArray]) -> float:
     )
 
 
-def test_limits_that_fall_and_play_are_seen_and_slow_noise_is_not() -> None:
+def _at_rest() -> tuple[JointResponse, JointValues]:
     response, _ = response_with((), SAMPLES)
-    response = replace(response, structure=STRUCTURE_TOO)
-    values = JointValues(INTEGRATING)
-    fallen, played, blown = [], [], []
+    return replace(response, structure=STRUCTURE_TOO), JointValues(INTEGRATING)
+
+
+def test_limits_that_fall_and_play_are_seen() -> None:
+    response, values = _at_rest()
+    fallen, played = [], []
     for seed, instant in ((1, 200), (2, 450)):
         rng, u = np.random.default_rng(seed), command(SAMPLES, seed)
         noise = SIGMA * rng.standard_normal(SAMPLES)
@@ -45,11 +49,22 @@ def test_limits_that_fall_and_play_are_seen_and_slow_noise_is_not() -> None:
         for k, asked in enumerate(u):
             kept = behind[k] = min(max(kept, asked - 0.02), asked + 0.02)
         played.append(response.simulate(values, behind).y + noise)
+    assert _nats(fallen) > 5 * REFUTED
+    assert _nats(played) > 5 * REFUTED
+
+
+def test_slow_noise_knows_nothing_of_the_command() -> None:
+    response, values = _at_rest()
+    rng = np.random.default_rng(3)
+
+    def blown(seed: int) -> FloatArray:
         slow = lfilter([1.0], [1.0, -0.99], 0.05 * SIGMA * rng.standard_normal(SAMPLES))
-        blown.append(response.simulate(values, u).y + noise + lfilter([1.0], [1.0, -0.98], slow))
-    assert _nats(fallen) > COMMANDED_NATS
-    assert _nats(played) > COMMANDED_NATS
-    assert _nats(blown) < 0.2 * COMMANDED_NATS
+        noise = SIGMA * rng.standard_normal(SAMPLES) + lfilter([1.0], [1.0, -0.98], slow)
+        return np.asarray(response.simulate(values, command(SAMPLES, seed)).y + noise)
+
+    found = [_nats([blown(1), blown(2)]) for _ in range(30)]
+    assert max(found) < REFUTED
+    assert np.mean(np.array(found) > 0.4 * REFUTED) < 0.1
 
 
 def test_the_last_direction_is_kept_while_a_command_is_held() -> None:
