@@ -29,6 +29,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     as_seen,
     begun_anew,
     described,
+    each_alone,
     with_exchanged_laws,
     with_what_it_asks,
 )
@@ -211,7 +212,8 @@ def _explained(
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     best = max(ended, key=lambda path: path.gained, default=begun)
     instead = [path for path in ended if path is best or path.is_without(best)]
-    fit, nats = verified(best.fit, best.base, list(alone.values()), best.readings, told)
+    others = [*alone.values(), *each_alone(best, told)]
+    fit, nats = verified(best.fit, best.base, others, best.readings, told)
     instead = [path for path in instead if path is not best or path.begun_with in fit.labels]
     ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
     best = replace(best, fit=fit)
