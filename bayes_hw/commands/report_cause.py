@@ -55,8 +55,8 @@ def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut
         return HeldOut(tuple(others), (last,), 0, said)
     beginning, rest = last.split(1 - held / len(last))
     said = (
-        f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of all "
-        "samples: they score and are not fitted"
+        f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of "
+        "all samples: they score and are not fitted"
     )
     return HeldOut((*others, beginning), (last,), len(beginning), said)
 

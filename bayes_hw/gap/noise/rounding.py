@@ -161,8 +161,12 @@ def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     white = _likeliest_white(rounded, simulated)
     if not _above(step, float(np.exp(white[0])), nominal_sigma):
         return None
+
+    def cost(noise: FloatArray) -> float:
+        return -_total(rounded, simulated, noise)
+
     coloured = minimize(
-        lambda noise: -_total(rounded, simulated, noise),
+        cost,
         np.append(white, 0.5),
         method="Nelder-Mead",
         options={"maxfev": REFINING_EVALUATIONS, "xatol": 1e-3, "fatol": 0.1},

@@ -21,9 +21,9 @@ from bayes_hw.gap.joint.given.given_moves import (
 )
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
+from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
-from bayes_hw.gap.joint.search.joint_search import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.gap.joint.search.structural import finer

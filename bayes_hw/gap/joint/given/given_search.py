@@ -40,16 +40,9 @@ from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, STEPS_OF_A_PERIOD
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
-from bayes_hw.gap.joint.search.joint_search import (
-    CONTEST_SHARE,
-    HALFWAY,
-    MOST_EFFECTS,
-    SEARCHED,
-    STEPS_OF_A_PERIOD,
-    JointAnswer,
-    silent,
-)
+from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
 from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of

@@ -8,8 +8,8 @@ from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.given_moves import as_given, explained_slowly, with_signals
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import SLOW, seen_alike
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
-from bayes_hw.gap.joint.search.joint_search import CONTEST_SHARE
 
 SECONDS, SECONDS_FINISHED = 3, 2
 """Labels beside which one more is sought though another explains more alone; of all these pairs, those that

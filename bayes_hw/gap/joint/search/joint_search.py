@@ -9,19 +9,16 @@ import numpy as np
 
 from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.fit.base_cascade import grown_base
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest, raced
-from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned, regrown
-from bayes_hw.gap.joint.forms.joint_forms import FORMS
-from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_again, read_faults, weighted
+from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned
+from bayes_hw.gap.joint.residuals.readings import Readings, read_again, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
-from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
-from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
-from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
+from bayes_hw.gap.joint.residuals.tone import Tone
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, Beginning, one_more
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
-from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.search.known_input import KnownInput
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.period_anew import with_period_anew
 from bayes_hw.gap.joint.search.rival_paths import (
@@ -35,28 +32,17 @@ from bayes_hw.gap.joint.search.rival_paths import (
 )
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
-from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
 
-MOST_CONTENDERS, CONTEST_SHARE = 3, 0.3
-"""Labels that are given the ports, forms and poles they ask for, and the share of the best one's nats from
-which."""
+MOST_CONTENDERS = 3
+"""Labels that are given the ports, forms and poles they ask for."""
 
 HALFWAY = 0.5
 """Share of what verification asks of a label that it must gain at first where others stand."""
 
-FOLLOWED_SHARE = 0.7
-"""Of the best label's nats, from which another is followed to the end beside it."""
-
-STEPS_OF_A_PERIOD = 3.0
-"""Of rounding: a shorter period in position is that of the rounding itself."""
-
 MOST_EFFECTS = 3
-GROWN = 0.5
-"""Of the time left, that the cascade without effects may take."""
-
 SEARCHED = 0.6
 """Of the time left, that looking further may take: the rest is for verification."""
 
@@ -99,36 +85,30 @@ class JointAnswer:
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:
     """Grow, prune, verify; `say` is told of every step. Where noise of a cause is found, or colour that is
     not of a law's own motion, all begins again on the samples that lie clear of the dead zone, if there is as
-    much time for that as it took before."""
+    much time for that as it took before; at once where the beginning says so."""
     told, at_first = say or silent, seconds_left()
-    found = _searched(records, records, told)
-    laws = any(effect.ports is not None for effect in found.fit.response.template)
-    unnamed = not laws and leaves_a_cause(found.fit)
-    if found.fit.response.cause is None and not unnamed:
-        return found
-    clear = clear_of_zone(found.fit, records)
+    beginning = Beginning.of(records, told)
+    best = highest([beginning.base, *beginning.trials])
+    clear = clear_of_zone(best, records) if beginning.is_of_slow_noise else None
     if clear is None:
-        return found
-    if seconds_left() < 0.5 * at_first:
-        return replace(found, cut_short=True)
+        found = _searched(beginning, records, told)
+        laws = any(effect.ports is not None for effect in found.fit.response.template)
+        unnamed = not laws and leaves_a_cause(found.fit)
+        if found.fit.response.cause is None and not unnamed:
+            return found
+        clear = clear_of_zone(found.fit, records)
+        if clear is None:
+            return found
+        if seconds_left() < 0.5 * at_first:
+            return replace(found, cut_short=True)
     told("what a slow error may shift into the dead zone is left out")
-    return replace(_searched(clear, records, told), clear_of_zone=True)
+    return replace(_searched(Beginning.of(clear, told), records, told), clear_of_zone=True)
 
 
-def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
+def _searched(begun: Beginning, whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
     """`search` of records, which are `whole` but for samples that are left out."""
-    with at_most(GROWN * seconds_left()):
-        base, readings = _begun(records, told)
-        unfinished = time_is_up()
-    base, known = with_known_inputs(base)
-    for one in known:
-        told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
-    if any(one.accepted for one in known) and not readings.nats:
-        readings = read_faults(base)
-        if readings.nats:
-            base = weighted(base, readings.weights)
-    trials, tone = one_more(base), tone_in(base)
-    if tone is not None and _leads(tone, base, trials):
+    base, readings, trials, tone = begun.base, begun.readings, begun.trials, begun.tone
+    if tone is not None and begun.tone_leads:
         found = _beside_tone(tone, base, highest([base, *trials]), readings, whole, told)
     else:
         found = _explained(base, trials, readings, whole, told)
@@ -136,15 +116,7 @@ def _searched(records: Sequence[Record], whole: Sequence[Record], told: Callable
             found = _beside_tone(tone, base, found.fit, readings, whole, told)
         elif found.base.response.weights is base.response.weights:
             found = _beside_fallen_limits(found, told)
-    return replace(found, known=known, cut_short=found.cut_short or unfinished)
-
-
-def _leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
-    """Whether a motion of one frequency in time explains so much of a base's residual that no label alone is
-    a contender, as of labels among each other."""
-    gained = tone.without.score - base.score
-    most = max((trial.score - base.score for trial in trials), default=0.0)
-    return gained > VERIFIED_NATS and most < CONTEST_SHARE * gained
+    return replace(found, known=begun.known, cut_short=found.cut_short or begun.unfinished)
 
 
 def _beside_tone(
@@ -242,26 +214,6 @@ def silent(message: str) -> None:
     del message
 
 
-def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
-    """The best cascade without effects under the weights that the readings' faults ask for."""
-    base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
-    readings = read_faults(base)
-    if "encoder_quantization" in readings.nats and readings.step is not None:
-        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
-        base = replace(base, response=replace(base.response, scale=scale))
-    if readings.rounded_first:
-        base, readings = without_rounding(base, readings)
-        base = regrown(base) if readings.taken_off else base
-    if any(np.any(w != 1) for w in readings.weights):
-        base = weighted(base, readings.weights)
-        again = read_faults(base)
-        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
-            readings = again
-            base = weighted(base, readings.weights)
-    say(f"without effects: {described(base)}")
-    return base, readings
-
-
 def corrected(fit: JointFit, without: JointFit) -> JointFit:
     """Where neither a port, form, pole nor finer steps helped a fit `without` them, and its noise is of high
     order, its motion may be one that no simulation follows: corrected by the readings, if that is better."""
@@ -299,22 +251,6 @@ def _settled(fit: JointFit, trials: Sequence[JointFit], say: Callable[[str], Non
     return each(lambda contender: with_what_it_asks(contender, fit, say), near)
 
 
-def one_more(fit: JointFit) -> list[JointFit]:
-    """The best explanations with one more label; of causes of the noise the likelier."""
-    slow = [t for t in slow_causes(fit) if not jumps(t)]
-    effects = [t for t in effect_candidates(fit, FORMS) if is_followed(t, fit)]
-    return [*effects, *([highest(slow)] if slow else [])]
-
-
-def is_followed(fit: JointFit, without: JointFit) -> bool:
-    """Whether what is left of the records grows no larger by an effect beside noise of a cause.
-
-    Such noise weighs the steps of the error and leaves its level to itself: an effect may make it likelier
-    and the error larger, and then follows the noise.
-    """
-    return not without.added or fit.point.rms <= without.point.rms
-
-
 def _contenders(
     begun: FollowedPath, trials: Sequence[JointFit], say: Callable[[str], None]
 ) -> tuple[list[FollowedPath], dict[str, JointFit]]:
@@ -350,7 +286,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         if time_is_up():
             break
         fit = path.fit
-        best = fit if path.settled else corrected(structural(fit), fit)
+        best = fit if path.settled else structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
             further = [
                 t
@@ -358,7 +294,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
                 if t.score >= fit.score + HALFWAY * asked_of(t, path.base, path.readings)
             ]
             best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
-        best = finer(best)
+        best = finer(best if path.settled else corrected(best, fit))
         if best.score < fit.score + SLACK_NATS:
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")

@@ -21,6 +21,9 @@ from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, structural, wi
 from bayes_hw.phrases import log_evidence
 
 MOST_STEPS = 10
+NEAR = 0.5
+"""Of what several labels gain, from which one that begins alone is followed."""
+
 LARGE_ORDER = 8
 """Of G, above which it is pruned before its effect is given what it asks for."""
 
@@ -81,8 +84,11 @@ def _over_the_g_of(
     its law looks at there may give it another name."""
     if path is best or path.begun_with not in path.fit.effect_labels:
         return None
-    fit = _begun_over(beside, path.begun_with, best.base, told)
-    if fit is None or fit.log_likelihood - best.base.score <= path.gained:
+    trial = _begun_over(beside, path.begun_with)
+    if trial is None:
+        return None
+    fit = _with_all_it_asks(trial, best.base, told)
+    if fit.log_likelihood - best.base.score <= path.gained:
         # Pruning saves no more than the price of all there is.
         return None
     fit = as_seen(pruned(fit))
@@ -93,33 +99,32 @@ def _over_the_g_of(
     return other
 
 
-def _begun_over(
-    beside: JointFit, label: str, base: JointFit, told: Callable[[str], None]
-) -> JointFit | None:
-    """A label begun beside a fit by every form on its own, the best with what it asks for; None where no form
-    begins. `base` is what it is said to lead over."""
+def _begun_over(beside: JointFit, label: str) -> JointFit | None:
+    """A label begun beside a fit by every form on its own, the best of them; None where no form begins."""
     forms = [form for form in FORMS if form.label == label and not form.further]
     begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
-    if not begun:
-        return None
-    trial = highest([within_sample(one) for one in begun])
-    return within_sample(with_what_it_asks(trial, base, told))
+    return highest([within_sample(one) for one in begun]) if begun else None
 
 
 def each_alone(path: FollowedPath, told: Callable[[str], None]) -> list[JointFit]:
     """Every label of an explanation by several alone, begun over the G that they ended with, where they leave
     nothing that follows itself: another form of one of them may need none beside it."""
-    labels = dict.fromkeys(path.fit.effect_labels)
+    labels = list(dict.fromkeys(path.fit.effect_labels))
     if len(labels) < 2 or not is_simulated(path.fit):
         return []
     bare = path.fit
     for label in path.fit.labels:
         bare = bare.without(label)
-    begun = each(lambda label: _begun_over(bare, label, path.base, told), list(labels))
-    alone = [as_seen(pruned(one)) for one in begun if one is not None]
+    begun = [one for one in each(partial(_begun_over, bare), labels) if one is not None]
+    near = [one for one in begun if one.score - path.base.score > NEAR * path.gained]
+    alone = each(lambda one: as_seen(pruned(_with_all_it_asks(one, path.base, told))), near)
     for one in alone:
         told(f"{log_evidence(one.score - path.base.score)} alone: {described(one)}")
     return alone
+
+
+def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]) -> JointFit:
+    return within_sample(with_what_it_asks(fit, base, told))
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:

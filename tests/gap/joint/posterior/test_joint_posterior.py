@@ -159,6 +159,20 @@ def test_under_held_torques_a_port_is_told_as_under_its_law(monkeypatch: pytest.
     np.testing.assert_allclose(told[np.ix_(own, own)], under_law[np.ix_(where[own], where[own])], rtol=1e-6)
 
 
+def test_under_held_torques_every_record_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records of two lengths, each with weights of its own."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    records = [*measured((rub,), SAMPLES, (1,)), *measured((rub,), 2 * SAMPLES, (2,))]
+    weights = tuple(np.full(len(record), 1.0 + number) for number, record in enumerate(records))
+    response = replace(JointResponse(STRUCTURE, (rub,), records, scale(SAMPLES)), weights=weights)
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, (rub,)))))
+    monkeypatch.setattr(chaotic_motion, "EXPLODED", 0.0)
+    held, _, _ = drawn_about(fit)
+    assert held is not fit
+    for under_torques, under_law in zip(held.point.residuals, fit.point.residuals, strict=True):
+        np.testing.assert_allclose(under_torques, under_law, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", ["torque limit", "slip beyond the spring"])
 def test_a_twist_is_stated_as_an_acceleration(name: str) -> None:
     """Laws see it as a second difference over a sample."""

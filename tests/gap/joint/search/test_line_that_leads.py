@@ -9,7 +9,7 @@ import pytest
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.tone import Tone
-from bayes_hw.gap.joint.search.joint_search import CONTEST_SHARE, _leads
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, leads
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 
 
@@ -18,14 +18,14 @@ def _fit(score: float) -> JointFit:
 
 
 @pytest.mark.parametrize(
-    ("line", "label", "leads"),
+    ("line", "label", "expected"),
     [
         (2000.0, 2000.0 * CONTEST_SHARE - 1, True),
         (2000.0, 2000.0 * CONTEST_SHARE + 1, False),
         (VERIFIED_NATS - 1, 0.0, False),
     ],
 )
-def test_a_line_leads_where_no_label_alone_is_a_contender(line: float, label: float, leads: bool) -> None:
+def test_a_line_leads_where_no_label_alone_is_a_contender(line: float, label: float, expected: bool) -> None:
     base, trials = _fit(100.0), [_fit(90.0), _fit(100.0 + label)]
-    assert _leads(Tone(1.0, 0.1, _fit(100.0 + line)), base, trials) == leads
-    assert _leads(Tone(1.0, 0.1, _fit(100.0 + line)), base, []) == (line > VERIFIED_NATS)
+    assert leads(Tone(1.0, 0.1, _fit(100.0 + line)), base, trials) == expected
+    assert leads(Tone(1.0, 0.1, _fit(100.0 + line)), base, []) == (line > VERIFIED_NATS)

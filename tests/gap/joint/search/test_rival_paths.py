@@ -14,7 +14,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
-from bayes_hw.gap.joint.search.rival_paths import begun_anew, best_of_each_label
+from bayes_hw.gap.joint.search.rival_paths import begun_anew, best_of_each_label, each_alone
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
@@ -62,6 +62,18 @@ def test_beside_another_effect_the_one_that_begins_anew_leads() -> None:
     assert replace(path, fit=led).begun_with == "friction"
     assert led.labels == ("friction", "backlash")
     assert led.log_likelihood == pytest.approx(path.fit.log_likelihood, abs=1e-6)
+
+
+def test_a_label_that_needs_none_beside_it_is_found_alone() -> None:
+    """Coulomb friction made the records; a gap beside it makes up for where its descent stands."""
+    records = measured((RUB,), SAMPLES, (1, 2))
+    pair = _path(records, CASCADE, RUB, replace(GAP, values=np.array([1e-3])))
+    pair = replace(pair, fit=pair.fit.descended_under(0, 6))
+    assert pair.fit.effect_labels == ("friction", "backlash")
+    (friction,) = each_alone(pair, silent)
+    assert friction.names == ("friction (Coulomb, motor)",)
+    assert friction.score > pair.fit.score
+    assert each_alone(replace(pair, fit=friction), silent) == []
 
 
 def test_explanations_that_share_a_further_label_stand_in_place_of_each_other() -> None:

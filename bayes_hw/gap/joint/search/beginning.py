@@ -1,0 +1,128 @@
+"""Where the joint search begins: the best cascade without effects, and the best by one label each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayes_hw.gap.joint.fit.base_cascade import grown_base
+from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.fit.structure_moves import regrown
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
+from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_faults, weighted
+from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
+from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
+from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
+from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.search.rival_paths import described
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
+from bayes_hw.identify.experiment import white_noise_level
+from bayes_hw.phrases import log_evidence
+from bayes_hw.record import Record
+from bayes_hw.time_budget import at_most, seconds_left, time_is_up
+
+CONTEST_SHARE = 0.3
+"""Of the best label's nats, from which another is given the ports, forms and poles it asks for as well."""
+
+FOLLOWED_SHARE = 0.7
+"""Of the best label's nats, from which another is followed to the end beside it."""
+
+TRACE = 0.03
+"""Of the nats that noise of high order holds: a label that explains less is not what made it."""
+
+STEPS_OF_A_PERIOD = 3.0
+"""Of rounding: a shorter period in position is that of the rounding itself."""
+
+GROWN = 0.5
+"""Of the time left, that the cascade without effects may take."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """The best cascade without effects, known inputs in it, faults of the readings, the best explanations by
+    one label each, and a motion of one frequency in time; `unfinished` where growing had no time left."""
+
+    base: JointFit
+    readings: Readings
+    known: tuple[KnownInput, ...]
+    trials: tuple[JointFit, ...]
+    tone: Tone | None
+    unfinished: bool
+
+    @classmethod
+    def of(cls, records: Sequence[Record], told: Callable[[str], None]) -> Beginning:
+        """Grown on records at one rate; `told` is told of every step."""
+        with at_most(GROWN * seconds_left()):
+            base, readings = _begun(records, told)
+            unfinished = time_is_up()
+        base, known = with_known_inputs(base)
+        for one in known:
+            told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
+        if any(one.accepted for one in known) and not readings.nats:
+            readings = read_faults(base)
+            if readings.nats:
+                base = weighted(base, readings.weights)
+        return cls(base, readings, known, tuple(one_more(base)), tone_in(base), unfinished)
+
+    @property
+    def tone_leads(self) -> bool:
+        """Whether the motion of one frequency explains more than any label."""
+        return self.tone is not None and leads(self.tone, self.base, self.trials)
+
+    @property
+    def is_of_slow_noise(self) -> bool:
+        """Whether a cause of the noise leads every label by far, or no label explains more than a trace of
+        what noise of high order holds."""
+        ranked = sorted(self.trials, key=lambda t: -t.score)
+        if not ranked or self.tone_leads:
+            return False
+        gains = [trial.score - self.base.score for trial in ranked[:2]]
+        caused = bool(ranked[0].added) and gains[-1] < FOLLOWED_SHARE * gains[0] and gains[0] > 0
+        return caused or (leaves_a_cause(self.base) and gains[0] < TRACE * coloured_nats(self.base))
+
+
+def leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
+    """Whether a motion of one frequency in time explains so much of a base's residual that no label alone is
+    a contender, as of labels among each other."""
+    gained = tone.without.score - base.score
+    most = max((trial.score - base.score for trial in trials), default=0.0)
+    return gained > VERIFIED_NATS and most < CONTEST_SHARE * gained
+
+
+def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
+    """The best cascade without effects under the weights that the readings' faults ask for."""
+    base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
+    readings = read_faults(base)
+    if "encoder_quantization" in readings.nats and readings.step is not None:
+        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+        base = replace(base, response=replace(base.response, scale=scale))
+    if readings.rounded_first:
+        base, readings = without_rounding(base, readings)
+        base = regrown(base) if readings.taken_off else base
+    if any(np.any(w != 1) for w in readings.weights):
+        base = weighted(base, readings.weights)
+        again = read_faults(base)
+        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
+            readings = again
+            base = weighted(base, readings.weights)
+    say(f"without effects: {described(base)}")
+    return base, readings
+
+
+def one_more(fit: JointFit) -> list[JointFit]:
+    """The best explanations with one more label; of causes of the noise the likelier."""
+    slow = [t for t in slow_causes(fit) if not jumps(t)]
+    effects = [t for t in effect_candidates(fit, FORMS) if is_followed(t, fit)]
+    return [*effects, *([highest(slow)] if slow else [])]
+
+
+def is_followed(fit: JointFit, without: JointFit) -> bool:
+    """Whether what is left of the records grows no larger by an effect beside noise of a cause.
+
+    Such noise weighs the steps of the error and leaves its level to itself: an effect may make it likelier
+    and the error larger, and then follows the noise.
+    """
+    return not without.added or fit.point.rms <= without.point.rms
