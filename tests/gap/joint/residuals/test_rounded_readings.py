@@ -16,7 +16,8 @@ from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.residuals.rounded_readings import readings_of, without_rounding
-from bayes_hw.gap.joint.search import joint_search
+from bayes_hw.gap.joint.search import beginning
+from bayes_hw.gap.joint.search.joint_search import silent
 from bayes_hw.record import Record
 
 SAMPLES, STEP, OFF = 1500, 3.2 * SIGMA, 0.3
@@ -97,7 +98,7 @@ def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
 
 
 def test_without_a_model_the_search_begins_on_what_was_not_rounded() -> None:
-    base, faults = joint_search._begun(rounded((1, 2)), joint_search.silent)
+    base, faults = beginning._begun(rounded((1, 2)), silent)
     assert faults.taken_off
     assert faults.step == pytest.approx(STEP, rel=0.01)
     assert base.noise_order <= 1
