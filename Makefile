@@ -40,7 +40,7 @@ coverage: $(STAMP) kernels
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
+	$(BIN)/python .ci/types
 	$(BIN)/lint-imports --no-logo
 
 # Offline: pages with what they run, warnings as errors, doctests. Ends in docs/_build/html/index.html.
