@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below
+from short_tuning import tune_shortly
 from spread_axis import spread_posterior
 
 from bayes_hw.cli import main
@@ -15,6 +16,11 @@ from bayes_hw.control.controller import Controller
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 QUICK = ("--draws", "100", "--quiet")
+
+
+@pytest.fixture(autouse=True)
+def _short_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    tune_shortly(monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from html import unescape
 
 import numpy as np
 import pytest
+from short_tuning import tune_shortly
 from spread_axis import spread_posterior
 from strokes import draw_strokes
 
@@ -37,7 +38,9 @@ def found(small_axis: HammersteinWiener) -> Design:
     draws = AxisDraws.of_posterior(posterior, posterior.draws(100, np.random.default_rng(1)))
     edge = 10 ** (float(np.median(loop_margins(Loop(draws, calm)).gain_margin_db)) / 20)
     hot = Controller("hot", 20.0, edge, 0.2 * edge, low_pass_hz=3.0)
-    return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)
+    with pytest.MonkeyPatch.context() as patch:
+        tune_shortly(patch)
+        return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)
 
 
 @pytest.fixture(scope="module")
