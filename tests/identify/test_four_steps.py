@@ -14,6 +14,7 @@ from bayes_hw.identify.four_steps import identify
 from bayes_hw.identify.growth.slow_poles import FEWEST_SAMPLES
 from bayes_hw.identify.result import Identification
 from bayes_hw.identify.validation import evaluate
+from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record
 
 SIGMA = 0.01
@@ -36,13 +37,15 @@ def noisy() -> Identification:
     return identified(records_of(0.3, SIGMA))
 
 
-def test_without_noise_the_axis_is_recovered() -> None:
-    model = identified(records_of(0.3, 0.0, count=1)).model
-    assert model.saturation.lower == pytest.approx(-0.3, rel=1e-6)
-    assert model.saturation.upper == pytest.approx(0.42, rel=1e-6)
-    assert model.dead_zone.half_width == pytest.approx(0.05, rel=1e-6)
-    assert [mode.frequency_hz for mode in model.dominant_modes] == pytest.approx([1.8, 3.7], rel=1e-6)
-    assert [mode.damping_ratio for mode in model.dominant_modes] == pytest.approx([0.05, 0.03], rel=1e-5)
+def test_without_noise_the_axis_is_recovered(small_axis: HammersteinWiener) -> None:
+    rng = np.random.default_rng(3)
+    model = identified(simulated_records(small_axis, commands(rng, 1, 0.7), rng), max_order=3).model
+    assert model.saturation.lower == pytest.approx(-0.8, rel=1e-6)
+    assert model.saturation.upper == pytest.approx(1.0, rel=1e-6)
+    assert model.dead_zone.half_width == pytest.approx(0.02, rel=1e-6)
+    (mode,) = model.dominant_modes
+    assert mode.frequency_hz == pytest.approx(2.0, rel=1e-6)
+    assert mode.damping_ratio == pytest.approx(0.1, rel=1e-5)
 
 
 def test_with_noise_unequal_limits_and_modes_are_near(noisy: Identification) -> None:
