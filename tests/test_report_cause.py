@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_files import few_orders, write_axis, write_record
+from short_tuning import tune_shortly
 from simulated_records import measured
 from strokes import draw_strokes
 
@@ -81,8 +82,9 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_design_holds_the_effect_and_says_so_first(
-    reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    tune_shortly(monkeypatch)
     out, given = tmp_path / "design", tmp_path / "pi.json"
     Controller("given", 20.0, 1.0, 0.2, low_pass_hz=3.0).write(given, "deg/s", "deg")
     arguments = ["--posterior", str(reported / "azimuth"), "--controller", str(given), "--tune"]

@@ -70,6 +70,7 @@ def test_every_constant_has_its_row(report: Report) -> None:
     assert table.rows[0][2:] == ("6", "4.24")
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
     assert profiles(fit).svg.count("<clipPath id=") == len(names_fitted())
 
