@@ -60,11 +60,10 @@ def wide_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def labels_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Figure]], list[str]]:
-    """Draws a figure with its text kept as text, as wide as a page, and lists that text."""
+    """Draws a figure with its text kept as text, and lists that text."""
 
     def labels(draw: Callable[[], Figure]) -> list[str]:
         monkeypatch.setitem(SETTINGS, "svg.fonttype", "none")
-        monkeypatch.setattr(drawing, "narrow_svg", lambda _: None)
         root = ElementTree.fromstring(draw().svg)
         return ["".join(e.itertext()) for e in root.iter() if e.tag.endswith("}text")]
 

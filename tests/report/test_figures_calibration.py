@@ -46,6 +46,7 @@ def test_every_quantity_has_its_panel(panel, draw, labels_of):
     assert "simultaneous 95\u00a0% band" in labels
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_coverage_names_parameters_and_kinds(labels_of):
     points = [
         IntervalPoint(parameter, kind, nominal, 0.7, 0.6, 0.85)

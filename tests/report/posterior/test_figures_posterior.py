@@ -37,6 +37,7 @@ def marginals(draws):
     ]
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_marginals_name_parameter_unit_and_kind_of_interval(draws, labels_of):
     labels = labels_of(lambda: priors_and_posteriors(marginals(draws)))
     assert {"lower saturation limit", "(deg/s)", "gain of G", "frequency of mode 1 (Hz)"} <= set(labels)
