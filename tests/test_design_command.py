@@ -10,6 +10,7 @@ import pytest
 from command_files import files_below
 from short_tuning import tune_shortly
 from spread_axis import spread_posterior
+from tried_here import try_here
 
 from bayes_hw.cli import main
 from bayes_hw.control.controller import Controller
@@ -21,6 +22,7 @@ QUICK = ("--draws", "100", "--quiet")
 @pytest.fixture(autouse=True)
 def _short_search(monkeypatch: pytest.MonkeyPatch) -> None:
     tune_shortly(monkeypatch)
+    try_here(monkeypatch)
 
 
 @pytest.fixture(scope="module")
