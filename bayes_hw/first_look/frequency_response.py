@@ -234,7 +234,7 @@ def _local_fits(parts: Sequence[Spectra], frequency: float, spacing: float) -> C
     decays = np.tile(TRANSIENT_DECAY ** np.arange(terms), len(chosen))
     scales = np.sqrt(np.array(TRANSIENT_WEIGHTS))[:, None] * decays
     table[:, rows + np.arange(free), np.arange(free)] = 1 / scales
-    triangle = np.linalg.qr(table, mode="r")
+    triangle = np.asarray(np.linalg.qr(table, mode="r"))
     diagonal = np.abs(np.diagonal(triangle, axis1=1, axis2=2))[:, :width]
     if (diagonal[:, free:].min(axis=1) <= 1e-10 * diagonal[:, free:].max(axis=1)).any():
         return impossible
