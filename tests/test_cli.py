@@ -219,6 +219,7 @@ def test_usage_errors_are_one_line(
     assert files_below(tmp_path) == set()
 
 
+@pytest.mark.slow
 def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path) -> None:
     def run(name: str, *more: str) -> dict[str, Any]:
         arguments = sample_arguments(folder, tmp_path / name, *SHORT, "--free", "all", "--quiet", *more)
@@ -231,6 +232,7 @@ def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path) 
     assert run("other", "--seed", "2")["parameters"] != alone["parameters"]
 
 
+@pytest.mark.slow
 def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -304,6 +306,7 @@ def test_interrupted_and_resumed_to_the_same_numbers(
     assert whole["steps"] == 200
 
 
+@pytest.mark.slow
 def test_resume_without_a_checkpoint_starts_anew_and_says_so(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -54,6 +54,7 @@ def test_writes_everything(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert "given <b>" not in page and "given &lt;b&gt;" in page
 
 
+@pytest.mark.slow
 def test_same_seed_same_file_and_an_unconverged_posterior_is_warned_of(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

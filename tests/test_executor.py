@@ -112,6 +112,7 @@ def test_kept_results_are_not_computed_again(tmp_path: Path) -> None:
     assert finished_tasks(tmp_path) == Counter(range(COUNT))
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:
     """kill -9 of the whole program; its processes end with it, and the next run gives the same results."""
     program = (
@@ -233,6 +234,7 @@ def wait_for(condition: Any, seconds: float = 60.0) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_that_loses_a_worker_gives_the_same_results(tmp_path: Path) -> None:
     """One of two workers is killed in mid-run; the other one finishes the work, what Dask gave up submitted
     anew. A task that kills its worker at every attempt is given up."""

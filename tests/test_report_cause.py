@@ -80,6 +80,7 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     assert page.split('<ul class="badges">')[1].split("</ul>")[0].count("<li") <= 4
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_design_holds_the_effect_and_says_so_first(
     reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -97,6 +98,7 @@ def test_a_design_holds_the_effect_and_says_so_first(
     assert read(out, "design.json")["draws"]["count"] >= 100
 
 
+@pytest.mark.slow
 def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path, tmp_path: Path) -> None:
     out = tmp_path / "next"
     assert main(["design-experiment", "--posterior", str(reported / "azimuth"), "--out", str(out)]) == 0

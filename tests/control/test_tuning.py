@@ -63,6 +63,7 @@ def test_the_template_lends_all_but_the_gains(tuning: Tuning) -> None:
         assert replace(found, name="template", proportional=1.0, integral=0.0) == TEMPLATE
 
 
+@pytest.mark.slow
 def test_what_cannot_be_had_is_said(
     nominal: AxisDraws, axis: AxisDraws, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -74,6 +75,7 @@ def test_what_cannot_be_had_is_said(
     assert found.robust.broken > 0.1
 
 
+@pytest.mark.slow
 def test_pid_has_a_derivative(nominal: AxisDraws, axis: AxisDraws, monkeypatch: pytest.MonkeyPatch) -> None:
     tune_shortly(monkeypatch)
     few = axis.take(np.arange(3))

@@ -24,7 +24,15 @@ def test_integrator_with_a_delay_has_its_gain_and_phase() -> None:
     assert found.coherence.min() > 0.999
 
 
-@pytest.mark.parametrize("kind", ["sweeps", "one short sweep", "multisine", "long sweep"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "sweeps",
+        pytest.param("one short sweep", marks=pytest.mark.slow),
+        "multisine",
+        pytest.param("long sweep", marks=pytest.mark.slow),
+    ],
+)
 def test_band_holds_the_linear_twin_at_94_percent(kind: str) -> None:
     model, answers = linear_twin(), []
     for seed in range(6):

@@ -116,6 +116,7 @@ def test_error_of_the_command_that_returns_with_every_stroke_is_no_ripple() -> N
     assert ripples([angle], [0.1 * acceleration + noise], RATE)[0] == ()
 
 
+@pytest.mark.slow
 def test_linear_axis_has_neither(seed: int = 7) -> None:
     rng = np.random.default_rng(seed)
     t = np.arange(6000) / 20

@@ -110,6 +110,7 @@ def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
     assert "eccentric" in diagnosis.sentence()
 
 
+@pytest.mark.slow
 def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case: Case) -> None:
     """With the effect struck from a catalogue of two others: the noise that takes up the gap is no floor."""
     tried = {"command_bias", "gain_asymmetry"}
@@ -264,6 +265,7 @@ def test_a_damaged_corrected_model_is_refused(
         simulate_corrected({**data, "train": {**data["train"], **change}}, np.zeros(10))
 
 
+@pytest.mark.slow
 def test_an_estimated_level_changes_no_verdict(case: Case, diagnosis: Diagnosis) -> None:
     """Records that count from levels a deviation and more off; predictions are of the angles themselves."""
     off = (0.9, -1.4, 1.2)

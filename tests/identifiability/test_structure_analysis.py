@@ -47,6 +47,7 @@ def test_a_record_that_shows_everything(shown: Identifiability) -> None:
             assert verdict.prior_sensitivity < 0.05 < verdict.likelihood_sensitivity
 
 
+@pytest.mark.slow
 def test_what_is_never_reached_is_prior_dominated(small_axis: HammersteinWiener) -> None:
     """Limits that small commands do not reach, and the dead zone, far above which the record begins at an
     unknown state, its negative side as well; and nothing else but what the record cannot show either."""

@@ -97,6 +97,7 @@ def test_validation_on_other_records_prefers_the_cascade(noisy: Identification) 
     assert fits[0].hammerstein_wiener > fits[0].linear + 5
 
 
+@pytest.mark.slow
 def test_limits_that_are_never_reached_are_not_invented() -> None:
     records = records_of(0.05, 0.002, count=1)
     found = identified(records, max_order=4)
@@ -109,6 +110,7 @@ def test_limits_that_are_never_reached_are_not_invented() -> None:
     assert found.model.saturation.upper == pytest.approx(commanded.max())
 
 
+@pytest.mark.slow
 def test_a_dead_zone_that_is_never_visited_is_not_invented() -> None:
     found = identified(records_of(0.3, SIGMA, position=3.0, count=1), free_start=True, max_order=5)
     assert not found.blocks_shown["dead_zone"].shown
@@ -119,6 +121,7 @@ def test_a_dead_zone_that_is_never_visited_is_not_invented() -> None:
     assert later[0].hammerstein_wiener > 90
 
 
+@pytest.mark.slow
 def test_units_scale_out() -> None:
     records = records_of(0.3, SIGMA, count=1)
     scaled = [replace(record, u=1e3 * record.u, y=1e-4 * record.y) for record in records]
@@ -147,6 +150,7 @@ def test_too_few_samples_are_refused() -> None:
         identified([short])
 
 
+@pytest.mark.slow
 def test_long_records_are_searched_in_part_and_fitted_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     for place in ("LONG", "SEARCH", "BASELINE"):
         monkeypatch.setattr(f"bayes_hw.identify.long_records.{place}_SAMPLES", 1200)

@@ -39,6 +39,7 @@ def records_in_motion() -> tuple[Record, ...]:
     return tuple(found)
 
 
+@pytest.mark.slow
 def test_delay_and_limits_are_found_where_the_past_is_unknown(records_in_motion: tuple[Record, ...]) -> None:
     """Held at its first value, the command before the record would be made up for by delay and poles."""
     model = identify(records_in_motion, max_order=2, free_start=True).model

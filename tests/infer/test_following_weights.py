@@ -90,7 +90,6 @@ def inferred(model: HammersteinWiener, record: Record, free: str, **settings: fl
     )
 
 
-@pytest.mark.slow
 def test_dominant_parameters_have_the_posterior_of_everything(
     small_axis: HammersteinWiener, record: Record
 ) -> None:

@@ -34,6 +34,7 @@ def test_the_program_names_what_it_was_given(tmp_path: Path) -> None:
     assert LABEL in verdict.probability
 
 
+@pytest.mark.slow
 def test_an_entry_that_is_struck_is_not_in_question(tmp_path: Path) -> None:
     (verdict,) = checked(tmp_path, [], {"without": LABEL}).verdicts
     assert not verdict.failed and verdict.answer == ()

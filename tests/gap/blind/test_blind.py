@@ -127,6 +127,7 @@ def test_from_records_no_model_is_to_be_had(blind_set: Path, tmp_path: Path) -> 
         run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)
 
 
+@pytest.mark.slow
 def test_what_is_part_of_g_is_no_gap_without_a_model(tmp_path: Path) -> None:
     labels = [["transport_delay"], ["wind", "unmodelled_mode"]]
     make_set(tmp_path / "set", 2, 6, "easy", labels=labels, changes=SHORT, executor=HERE)

@@ -105,7 +105,7 @@ def test_a_constant_command_is_told_from_a_torque(seed: int) -> None:
     assert max(found, key=lambda block: found[block]) == "input", found
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("corner", "torque_sd"), [(0.05, 4.0), (0.2, 3.0), (0.6, 3.0)])
 def test_a_torque_that_wanders_is_a_disturbance(corner: float, torque_sd: float, seed: int) -> None:
     """Though a walk of the reading takes most of what a free torque would."""

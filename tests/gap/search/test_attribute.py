@@ -59,7 +59,9 @@ def test_rounding_is_held_against_the_response_beside_it() -> None:
     assert abs(best.fit.values[-1] - 1.6) < 0.1
 
 
-@pytest.mark.parametrize("label", ["encoder_quantization", "timing_jitter"])
+@pytest.mark.parametrize(
+    "label", ["encoder_quantization", pytest.param("timing_jitter", marks=pytest.mark.slow)]
+)
 def test_a_display_that_explains_all_ends_the_search(label: str) -> None:
     """Readings in coarse steps, or one in three repeated, of an axis without a fault in its response: a free
     form would follow some of either, but pairs of responses are not sought."""
@@ -83,6 +85,7 @@ class SearchGoesOnError(Exception):
     """Ends a search that has come to where it is told from one that is over."""
 
 
+@pytest.mark.slow
 def test_the_search_goes_on_while_what_would_be_chosen_leaves_structure() -> None:
     """A delay leaves nothing: the search is over, unless the answer would be without it."""
     delayed = hypothesis(AXIS, INPUTS, TransportDelay())
@@ -119,6 +122,7 @@ def test_nothing_but_noise_in_the_catalogue() -> None:
     assert all(not e.fit.hypothesis.effects for e in found.explanations)
 
 
+@pytest.mark.slow
 def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
     """An offset of the drive beside a delay: a wandering encoder would take it up, and leave nothing."""
     both = hypothesis(AXIS, INPUTS, TransportDelay()).with_effect(CommandBias())
@@ -128,6 +132,7 @@ def test_a_second_slow_effect_does_not_pass_for_noise() -> None:
     assert any(e.labels == ("sensor_drift", "transport_delay") for e in found.explanations)
 
 
+@pytest.mark.slow
 def test_a_richer_form_does_not_pass_for_noise() -> None:
     """A constant torque beside a ripple: slow wind would take it up, but that less wind would do is seen."""
     values = (20.0, 10.0, 0.3, 0.0, 0.0, 30.0)

@@ -182,7 +182,7 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Exp
     "effect, values",
     [
         (CubicStiffness(), (5e4,)),
-        (CoulombFrictionAtMotor(), (30.0, 0.01)),
+        pytest.param(CoulombFrictionAtMotor(), (30.0, 0.01), marks=pytest.mark.slow),
     ],
 )
 def test_no_gap_is_found_where_there_is_another_effect(effect: Effect, values: tuple[float, ...]) -> None:
@@ -206,6 +206,7 @@ def test_nor_where_a_torque_drives_the_gear() -> None:
     assert search.found([own], [rival]) == []
 
 
+@pytest.mark.slow
 def test_a_second_effect_is_found_beside_the_gap() -> None:
     both = hypothesis(AXIS, INPUTS, DynamicBacklash(), RateLimit())
     measured = noisy(both.simulate(np.concatenate([NOMINAL, (HALF_GAP, RATE_LIMIT)])))

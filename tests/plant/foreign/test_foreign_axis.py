@@ -94,6 +94,7 @@ def test_imbalance_is_trimmed_where_the_record_begins() -> None:
     assert np.max(np.abs(run.angles())) < 1e-9
 
 
+@pytest.mark.slow
 def test_case_states_the_gap_that_a_refit_leaves_and_repeats() -> None:
     case, again = (make_case(5, 1, KIND, ["friction"]) for _ in range(2))
     (gap,) = case.truth["gap_over_sigma"]  # type: ignore[misc]

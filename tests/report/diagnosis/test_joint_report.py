@@ -54,7 +54,7 @@ def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis)
     assert len(page.badges) == 4 and page.badges[0].state == "good"
 
 
-@pytest.mark.parametrize("sure", [0.995, 0.6])
+@pytest.mark.parametrize("sure", [0.995, pytest.param(0.6, marks=pytest.mark.slow)])
 @pytest.mark.usefixtures("undrawn")
 def test_the_card_and_the_sentence_state_one_probability(
     diagnosis: JointDiagnosis, friction: Report, sure: float

@@ -52,6 +52,7 @@ def test_a_drawing_that_is_narrow_enough_is_drawn_once() -> None:
     assert _drawn(1, width=NARROW_INCHES).narrow_svg is None
 
 
+@pytest.mark.slow
 def test_panels_that_were_placed_by_hand_keep_their_places() -> None:
     """A triangle of pairs stood one below the other, fifty inches high."""
     with drawing_settings():

@@ -45,6 +45,7 @@ def test_frequency_response_has_magnitude_and_phase_with_units(labels_of):
     assert {"linear baseline", "94 % credible band", "0.1", "1", "10"} <= set(labels)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide_only")
 def test_residual_tests_label_all_four_panels(labels_of):
     rng = np.random.default_rng(0)

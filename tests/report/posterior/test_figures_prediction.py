@@ -31,6 +31,7 @@ def test_prediction_states_level_units_and_both_bands(record, labels_of):
     assert "100 to 110 s, shaded above" in labels
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide_only")
 def test_long_record_makes_a_small_picture_the_same_each_time(record):
     first = predicted_record(record, (100.0, 110.0))

@@ -55,6 +55,7 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert found.readings.nats == {}
 
 
+@pytest.mark.slow
 def test_a_walk_is_a_cause_of_the_noise() -> None:
     """Found in the search, kept when it is verified, held against wind; what is left has no colour, and the
     base holds although the angle wanders by many deviations of the noise."""

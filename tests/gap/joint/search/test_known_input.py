@@ -126,6 +126,7 @@ def test_nothing_follows_what_does_not_act() -> None:
         assert not any(one.accepted for one in found)
 
 
+@pytest.mark.slow
 def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     """No effect of the catalogue is named, the block `known` holds probability, block, closure, gain and lag;
     corrected.json predicts with the column and is refused without it."""
