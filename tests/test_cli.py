@@ -250,6 +250,7 @@ def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     assert [name for name in said if name in PARAMETERS] == PARAMETERS
 
 
+@pytest.mark.slow
 def test_a_run_too_short_says_so_everywhere(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -201,6 +201,7 @@ def test_a_case_with_a_name_that_no_file_has(refused: Callable[..., str], folder
     assert "cannot be read" in refused(".")
 
 
+@pytest.mark.slow
 def test_a_case_needs_no_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its results lie beside it under its name, which is said."""
     case = folder / "azimuth"

@@ -88,6 +88,7 @@ def test_local_results_are_those_of_a_plain_loop_though_a_process_dies(tmp_path:
     assert finished_tasks(tmp_path) == Counter(range(COUNT))
 
 
+@pytest.mark.slow
 def test_a_task_that_always_kills_its_process_is_given_up(tmp_path: Path) -> None:
     with pytest.raises(TaskFailedError, match=r"task 0 of 1: every worker .* died \(2 in all\)"):
         LocalExecutor(1, attempts=2).map(die, make_tasks(tmp_path, 1))

@@ -50,6 +50,7 @@ def read(folder: Path, name: str) -> Any:
     return json.loads((folder / name).read_text())
 
 
+@pytest.mark.slow
 def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) -> None:
     """The verdict, bands of what was held out, numbers with the effect; the model that does not hold lies in
     a folder of that name, and no posterior of it is left."""
@@ -68,6 +69,7 @@ def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) 
     assert inside > 0.8
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     page = (reported / "azimuth" / "report.html").read_text()
     first = page[page.index('class="verdict"') :][:600]
@@ -110,6 +112,7 @@ def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path
     assert content["winner"]["expected_gain_nats"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_search_has_the_time_it_is_given(
     reported: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

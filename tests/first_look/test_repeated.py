@@ -46,6 +46,7 @@ def test_play_is_shown_and_is_not_noise() -> None:
     assert seen.noise_sigma == pytest.approx(SIGMA, rel=0.2)
 
 
+@pytest.mark.slow
 def test_axis_without_play_shows_how_little_it_may_have() -> None:
     u = _strokes()
     seen = _looked(_follower(u), u)
@@ -83,7 +84,8 @@ def test_hysteresis_is_seldom_called_where_there_is_none() -> None:
     assert np.mean(inside) > 0.9
 
 
-@pytest.mark.parametrize("unit", [pytest.param("deg", marks=pytest.mark.slow), "rad"])
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", ["deg", "rad"])
 def test_cogging_is_shown_and_is_not_noise(unit: str) -> None:
     size = 1.0 if unit == "deg" else np.pi / 180
     u = np.concatenate([np.full(1500, 0.3), np.full(1250, -0.2), np.full(1250, 0.4)])

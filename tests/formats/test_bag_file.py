@@ -82,7 +82,7 @@ def refusal(path: Path, *wanted: str) -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("compressed", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_numbers_come_out_beside_a_topic_that_is_too_large(tmp_path: Path, compressed: bool) -> None:
     folder = bag(tmp_path / "bag", 40, 3 * 2**20, compressed)
     table = read_bag(folder, ["/cmd.data"], most_rows=1000)

@@ -127,6 +127,7 @@ def test_friction_of_a_rigid_axis_in_closed_loop_is_named(friction: Diagnosis) -
     assert verdict.parameters["friction.viscous_asymmetry"].mean == pytest.approx(-1 / 3, abs=0.1)
 
 
+@pytest.mark.slow
 def test_only_labels_that_find_a_door_are_in_question(
     friction: Diagnosis, nothing_missing: Diagnosis
 ) -> None:
@@ -137,6 +138,7 @@ def test_only_labels_that_find_a_door_are_in_question(
     assert not {"unmodelled_mode", "cubic_stiffness", "saturation_drift", "wind"} & set(with_door)
 
 
+@pytest.mark.slow
 def test_a_record_held_out_can_go_on_where_another_ends() -> None:
     """With the commands before it the prediction is that of the whole record, and is scored on its end."""
     whole = motor_records(1.8, 2.2)[0]

@@ -77,7 +77,8 @@ def test_keeping_a_checkpoint_changes_nothing(tmp_path: Path, undisturbed: Sampl
 
 
 @pytest.mark.parametrize(
-    ("interrupt_at", "jobs"), [(15, 1), pytest.param(70, 2, marks=pytest.mark.slow), (150, 1)]
+    ("interrupt_at", "jobs"),
+    [(15, 1), pytest.param(70, 2, marks=pytest.mark.slow), pytest.param(150, 1, marks=pytest.mark.slow)],
 )
 def test_interrupted_and_resumed_to_the_same_bits(
     tmp_path: Path, undisturbed: Sampling, interrupt_at: int, jobs: int
@@ -121,6 +122,7 @@ def test_killed_and_resumed_to_the_same_bits(tmp_path: Path, undisturbed: Sampli
     assert_same(run(Checkpoint(tmp_path, "a"), resume=True), undisturbed)
 
 
+@pytest.mark.slow
 def test_without_resume_an_old_checkpoint_is_replaced(tmp_path: Path, undisturbed: Sampling) -> None:
     """Blocks of an earlier run do not leak into this one, and strangers' files stay."""
     run(Checkpoint(tmp_path, "old"))

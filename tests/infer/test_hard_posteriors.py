@@ -54,6 +54,7 @@ def test_agrees_with_differential_evolution_alone(name: str) -> None:
             assert abs(a.mean() - b.mean()) < 4.5 * error, (name, i, power)
 
 
+@pytest.mark.slow
 def test_both_modes_of_a_dead_zone_are_found_and_weighed() -> None:
     """Against the evidence of either mode, by quadrature over the dead zone with Laplace's method for the
     rest at every value of it."""

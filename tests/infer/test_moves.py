@@ -115,7 +115,8 @@ def bent(points: FloatArray) -> StudentTMixture:
     return refitted(flat, points, np.full(len(points), 1 / len(points)), bent=True)
 
 
-@pytest.mark.parametrize("weight", [pytest.param(0.0, marks=pytest.mark.slow), 0.5])
+@pytest.mark.slow
+@pytest.mark.parametrize("weight", [0.0, 0.5])
 def test_moves_along_a_bend_leave_curved_ridges(weight: float) -> None:
     """Eight dimensions, four ridges: mean and variance of every straight variable and its marginal, from
     differential evolution in straight coordinates, alone and beside bent independence proposals."""

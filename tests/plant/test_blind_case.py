@@ -82,6 +82,7 @@ def test_modes_of_slowly_sampled_axes_stay_below_half_the_sample_rate() -> None:
         assert max(frequency for frequency, _ in case.simulator.modes) < 0.5 * 10.0
 
 
+@pytest.mark.slow
 def test_pair_carries_both() -> None:
     case = make_case(3, 3, SHORT, ["outliers", "command_bias"])
     assert case.truth["effects"] == ["outliers", "command_bias"]

@@ -28,6 +28,7 @@ def checked(folder: Path, labels: list[str], options: dict[str, str]) -> Evidenc
     )
 
 
+@pytest.mark.slow
 def test_the_program_names_what_it_was_given(tmp_path: Path) -> None:
     (verdict,) = checked(tmp_path, [LABEL], {}).verdicts
     assert not verdict.failed and verdict.answer == (LABEL,)

@@ -105,6 +105,7 @@ def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWie
     assert states["intervals do not hold"] == states["fault missed"] == "bad"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
     report = page(small_axis, 1.0, 1.8, count=5)

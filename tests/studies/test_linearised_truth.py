@@ -45,7 +45,7 @@ def fitted_error(axis: KnownAxis) -> FloatArray:
     return np.array([found[name] - axis.true_values()[name] for name in NAMES])
 
 
-@pytest.mark.parametrize("cut", [at_rest, in_motion])
+@pytest.mark.parametrize("cut", [at_rest, pytest.param(in_motion, marks=pytest.mark.slow)])
 def test_it_is_the_fit_begun_at_the_truth(small_axis: HammersteinWiener, cut: Cut) -> None:
     """Of the same records, within a third of a standard deviation, for forty draws of the noise; and fits
     spread as its deviations say, within three standard errors."""

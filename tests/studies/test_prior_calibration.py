@@ -115,7 +115,7 @@ def test_draws_follow_the_priors(case: CalibrationCase) -> None:
 @pytest.mark.parametrize(
     "partial",
     [
-        (),
+        pytest.param((), marks=pytest.mark.slow),
         (0.8,),
         pytest.param((0.6, 0.5), marks=pytest.mark.slow),
         pytest.param((-0.7, 0.3, 0.4), marks=pytest.mark.slow),

@@ -72,6 +72,7 @@ def test_truth_says_what_the_records_carry(blind_set: Path) -> None:
     assert np.std(record.y - clean) == pytest.approx(truths[1]["base"]["noise.sigma"], rel=0.06)
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes_and_another_seed_other_ones(blind_set: Path, tmp_path: Path) -> None:
     make_set(tmp_path / "again", 1, 5, "easy", labels=LABELS[:1], changes=SHORT, executor=HERE)
     seals = [

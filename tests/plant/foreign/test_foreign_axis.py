@@ -37,6 +37,7 @@ def test_without_a_fault_it_is_the_stated_system(seed: int) -> None:
     assert np.max(np.abs(y - expected)) < 1e-8 * np.ptp(expected)
 
 
+@pytest.mark.slow
 def test_shapes_differ() -> None:
     """Direct drives, one and two compliances, loops with and without integral, encoder at motor and load."""
     axes = [drawn(seed)[0].train for seed in range(30)]

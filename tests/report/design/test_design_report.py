@@ -25,6 +25,8 @@ from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
 from bayes_hw.report.page.render import to_html, to_pdf
 from bayes_hw.report.page.typography import visible
 
+pytestmark = pytest.mark.slow
+
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ \\ @a \x1b[31m\u202e'
 
 

@@ -59,6 +59,7 @@ def test_contraction_marks_pooled_priors_for_raw_parameters_only(labels_of):
     assert raw != kept
 
 
+@pytest.mark.slow
 def test_flat_directions_have_their_own_colour_in_a_spectrum():
     quiet = spectra([SpectrumPanel("paper", np.array([1e4, 20.0]), 0)])
     loud = spectra([SpectrumPanel("all free", np.array([1e4, 0.0]), 1)])

@@ -309,6 +309,7 @@ def test_what_is_slow_is_not_left_to_the_noise() -> None:
     assert explained_slowly(base) is base
 
 
+@pytest.mark.slow
 def test_a_slow_effect_is_begun_under_white_noise() -> None:
     offset = Effect(form("command_bias"), np.array([0.01]))
     base = best_base(measured((offset,), GIVEN_SAMPLES, (1, 2)), model())

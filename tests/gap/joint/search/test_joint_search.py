@@ -49,6 +49,7 @@ def at_the_truth(records: Sequence[Record]) -> JointFit:
     return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
 
 
+@pytest.mark.slow
 def test_nothing_is_found_where_nothing_is() -> None:
     found = search(measured((), SAMPLES, (1, 2)))
     assert found.fit.labels == ()
