@@ -72,6 +72,7 @@ def test_a_peak_with_a_small_lead_gives_way_and_a_large_one_does_not(small_axis:
     )
 
 
+@pytest.mark.slow
 def test_on_a_plain_others_are_as_sure_as_without_the_limit(small_axis: HammersteinWiener) -> None:
     """Below the largest commands the gain makes up for the limit; beyond them it need not."""
     record = approaching(small_axis, 4, 1.05)

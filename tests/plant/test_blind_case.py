@@ -89,6 +89,7 @@ def test_pair_carries_both() -> None:
     assert any(np.abs(r.without_noise - r.noise_free).max() > 0 for r in case.train)
 
 
+@pytest.mark.slow
 def test_same_arguments_same_case_and_other_index_another() -> None:
     first, again, other = (make_case(3, index, SHORT, ["wind"]) for index in (4, 4, 5))
     np.testing.assert_array_equal(first.holdout.measured, again.holdout.measured)

@@ -131,6 +131,7 @@ def test_simulated_noise_is_stationary_from_its_first_sample(partial: Sequence[f
     np.testing.assert_allclose(correlations, kappa[0] if partial else 0.0, atol=0.06)
 
 
+@pytest.mark.slow
 def test_a_replicate_depends_on_its_seed_alone(case: CalibrationCase) -> None:
     first, second = (calibrate_once(calibration_tasks(case, 3, 6)[2]) for _ in range(2))
     del first["seconds"], second["seconds"]

@@ -49,7 +49,8 @@ def noise(seed: int = 0, walk: float = 0.0) -> list[FloatArray]:
     return [white(SAMPLES, SIGMA, 1000 + 2 * seed + record) + w for record, w in enumerate(steps)]
 
 
-@pytest.mark.parametrize("walk", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("walk", [0.0, 0.3])
 def test_noise_and_a_random_walk_surprise_no_block(walk: float) -> None:
     """The surprise of a block with one function is exponential, with and without a walk."""
     found_fit = with_residuals(noise())

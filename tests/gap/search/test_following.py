@@ -178,11 +178,12 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Exp
         assert y - s == pytest.approx(e)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect, values",
     [
         (CubicStiffness(), (5e4,)),
-        pytest.param(CoulombFrictionAtMotor(), (30.0, 0.01), marks=pytest.mark.slow),
+        (CoulombFrictionAtMotor(), (30.0, 0.01)),
     ],
 )
 def test_no_gap_is_found_where_there_is_another_effect(effect: Effect, values: tuple[float, ...]) -> None:

@@ -72,6 +72,7 @@ def slid(seeds: tuple[int, ...]) -> list[Record]:
     return found
 
 
+@pytest.mark.slow
 def test_a_disc_that_slides_is_told_from_a_function_of_position() -> None:
     base = best_base(slid((1, 2)), model())
     shaped = free_shape(base)
