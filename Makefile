@@ -25,7 +25,8 @@ $(VENV)/.kernels-%: $(STAMP) $(shell find bayes_hw -name '*.py')
 	@$(BIN)/python -m pytest -m compiles $$(grep -rl --include='test_*.py' 'compiles("$*")' tests) > /dev/null
 	@touch $@
 
-# What `make test` leaves out: statistical studies of the estimators and study scripts of minutes.
+# What `make test` leaves out, before a release: whole runs beyond the first of a kind, statistical studies of the
+# estimators and study scripts of minutes.
 slow-test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m slow
 
@@ -40,7 +41,7 @@ coverage: $(STAMP) kernels
 lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
+	$(BIN)/python .ci/types
 	$(BIN)/lint-imports --no-logo
 
 # Offline: pages with what they run, warnings as errors, doctests. Ends in docs/_build/html/index.html.

@@ -10,6 +10,7 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -114,6 +115,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2)
 
 
+@cache
 def build_parser() -> argparse.ArgumentParser:
     """The parser of every command."""
     parser = _Parser(

@@ -20,6 +20,9 @@ from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
+gc.disable()
+"""While the tests are collected, which makes next to no garbage."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Whole commands first, short files last: a long one that begins last leaves the other worker idle."""
@@ -31,6 +34,7 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(100_000, 20, 20)
+    gc.enable()
 
 
 @pytest.fixture(autouse=True, scope="session")

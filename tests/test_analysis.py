@@ -79,6 +79,7 @@ def test_autocorrelations_start_at_one(analysis: Analysis) -> None:
     assert (np.abs(found) <= 1 + 1e-9).all()
 
 
+@pytest.mark.slow
 def test_without_held_out_records_the_last_training_record_is_shown(
     small_axis: HammersteinWiener, small_record: Record, tmp_path: Path
 ) -> None:

@@ -219,6 +219,7 @@ def test_usage_errors_are_one_line(
     assert files_below(tmp_path) == set()
 
 
+@pytest.mark.slow
 def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path) -> None:
     def run(name: str, *more: str) -> dict[str, Any]:
         arguments = sample_arguments(folder, tmp_path / name, *SHORT, "--free", "all", "--quiet", *more)
@@ -231,6 +232,7 @@ def test_same_seed_same_numbers_whatever_the_jobs(folder: Path, tmp_path: Path) 
     assert run("other", "--seed", "2")["parameters"] != alone["parameters"]
 
 
+@pytest.mark.slow
 def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -240,7 +242,7 @@ def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     assert progress == "" and "noise.partial" not in answer and "next: " not in answer
     *_, noise, caveat = answer.splitlines()
     assert noise.split()[0] == "noise.sigma" and "would have been taken for dead zone" in caveat
-    assert main(arguments) == 0
+    assert main([*sample_arguments(folder, tmp_path), *SHORT]) == 0
     printed = capsys.readouterr()
     assert "sampling ..." in printed.err.splitlines()
     assert "\r" not in printed.err and "\x1b" not in printed.err
@@ -248,6 +250,7 @@ def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     assert [name for name in said if name in PARAMETERS] == PARAMETERS
 
 
+@pytest.mark.slow
 def test_a_run_too_short_says_so_everywhere(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -304,6 +307,7 @@ def test_interrupted_and_resumed_to_the_same_numbers(
     assert whole["steps"] == 200
 
 
+@pytest.mark.slow
 def test_resume_without_a_checkpoint_starts_anew_and_says_so(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -379,6 +383,7 @@ def wait_for(path: Path) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.slow
 def test_a_bar_on_a_terminal(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -131,6 +131,7 @@ def test_a_record_that_is_no_file(refused: Callable[..., str], record: str) -> N
     assert "give a CSV" in (line := refused(*simulate(record))) or "cannot be read" in line
 
 
+@pytest.mark.slow
 def test_a_small_file_that_holds_a_large_variable(refused: Callable[..., str], folder: Path) -> None:
     """A .mat of 80 million zeros, packed into 80 kB, is not taken for a record."""
     zeros = np.zeros(40_000_000, np.int8)
@@ -186,6 +187,7 @@ def test_a_model_that_is_no_json_object(refused: Callable[..., str], folder: Pat
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     SCALARS | st.lists(SCALARS, max_size=3) | st.dictionaries(st.text(max_size=5), SCALARS, max_size=3),
@@ -208,7 +210,9 @@ def test_any_value_in_a_model_is_used_or_refused(
         (["--jobs", "0"], "--jobs 0"),
         (["--ensembles", "2"], "--ensembles 2"),
         (["--walkers", "17"], "--walkers 17"),
-        (["--walkers", "16", "--free", "all", "--start", "free"], "--walkers 16"),
+        pytest.param(
+            ["--walkers", "16", "--free", "all", "--start", "free"], "--walkers 16", marks=pytest.mark.slow
+        ),
         (["--max-steps", "10"], "--max-steps 10"),
         (["--target-ess", "nan"], "--target-ess nan"),
         (["--resample", "0"], "--resample 0"),
@@ -288,6 +292,7 @@ def test_coefficients_are_the_same_model(folder: Path, small_axis: HammersteinWi
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_units_pass_through(folder: Path) -> None:
     """Units of model.json are those of the posterior."""
     units = {"time": "s", "input": "rpm", "output": "mrad"}
@@ -302,10 +307,10 @@ def test_units_pass_through(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("u", "y"),
     [
-        ("steps", "spike"),
+        pytest.param("steps", "spike", marks=pytest.mark.slow),
         pytest.param("steps", "noise", marks=pytest.mark.slow),
-        ("spike", "step"),
-        ("step", "step"),
+        pytest.param("spike", "step", marks=pytest.mark.slow),
+        pytest.param("step", "step", marks=pytest.mark.slow),
         pytest.param("steps", "vast", marks=pytest.mark.slow),
         ("steps", "minute"),
     ],

@@ -80,7 +80,9 @@ def _log(path: Path, header: str, stamps: np.ndarray | None) -> tuple[np.ndarray
     return u, y
 
 
-@pytest.mark.parametrize(("stated", "doubted"), [("250", True), ("40", True), ("100", False)])
+@pytest.mark.parametrize(
+    ("stated", "doubted"), [("250", True), pytest.param("40", True, marks=pytest.mark.slow), ("100", False)]
+)
 def test_a_stated_rate_that_the_motion_contradicts_is_doubted_on_both_doors(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: str, doubted: bool
 ) -> None:

@@ -8,13 +8,21 @@ from pathlib import Path
 
 import pytest
 from command_files import files_below
+from short_tuning import tune_shortly
 from spread_axis import spread_posterior
+from tried_here import try_here
 
 from bayes_hw.cli import main
 from bayes_hw.control.controller import Controller
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 
 QUICK = ("--draws", "100", "--quiet")
+
+
+@pytest.fixture(autouse=True)
+def _short_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    tune_shortly(monkeypatch)
+    try_here(monkeypatch)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +54,7 @@ def test_writes_everything(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
     assert "given <b>" not in page and "given &lt;b&gt;" in page
 
 
+@pytest.mark.slow
 def test_same_seed_same_file_and_an_unconverged_posterior_is_warned_of(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -130,6 +130,7 @@ def test_a_report_unless_told_otherwise(folder: Path) -> None:
     assert found == {"verdict.json", "holdout_prediction.csv", "corrected.json", "report.html", "report.pdf"}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     (folder / "again").mkdir()
@@ -137,6 +138,7 @@ def test_pages_of_results_that_are_gone_do_not_stay(folder: Path) -> None:
     verdict(folder, "again", ".")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.usefixtures("undrawn")
 def test_a_simulator_of_ones_own_is_diagnosed(
@@ -180,6 +182,7 @@ def test_records_of_a_simulator_are_in_its_units(tmp_path: Path, monkeypatch: py
     assert case.train[0].units == simulator.units and not case.train[0].findings()
 
 
+@pytest.mark.slow
 def test_columns_are_mapped_as_for_other_commands(folder: Path) -> None:
     """The same verdict from records under other names, of a case folder too."""
     expected = verdict(folder, "plain", ".", "--quiet")
@@ -198,6 +201,7 @@ def test_a_case_with_a_name_that_no_file_has(refused: Callable[..., str], folder
     assert "cannot be read" in refused(".")
 
 
+@pytest.mark.slow
 def test_a_case_needs_no_out(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its results lie beside it under its name, which is said."""
     case = folder / "azimuth"

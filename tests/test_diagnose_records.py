@@ -79,6 +79,7 @@ def test_records_alone_give_every_file(
     assert f"bands hold {100 * inside:.1f} %" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("folder", "undrawn")
 def test_a_model_of_the_same_records_is_opened_again(small_axis: HammersteinWiener) -> None:
     for seed, name in enumerate(("train_1", "train_2", "holdout"), start=1):

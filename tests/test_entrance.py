@@ -105,7 +105,13 @@ def test_sample_and_diagnose_name_it_in_python(
         assert "--" not in str(caught.value)
 
 
-@pytest.mark.parametrize("mistake", ["swapped", "radians", "inverted", "rate"])
+@pytest.mark.parametrize(
+    "mistake",
+    [
+        "swapped",
+        *(pytest.param(mistake, marks=pytest.mark.slow) for mistake in ("radians", "inverted", "rate")),
+    ],
+)
 def test_sample_and_diagnose_name_it_on_the_command_line(
     records: tuple[Record, ...],
     small_axis: HammersteinWiener,

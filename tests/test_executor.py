@@ -88,6 +88,7 @@ def test_local_results_are_those_of_a_plain_loop_though_a_process_dies(tmp_path:
     assert finished_tasks(tmp_path) == Counter(range(COUNT))
 
 
+@pytest.mark.slow
 def test_a_task_that_always_kills_its_process_is_given_up(tmp_path: Path) -> None:
     with pytest.raises(TaskFailedError, match=r"task 0 of 1: every worker .* died \(2 in all\)"):
         LocalExecutor(1, attempts=2).map(die, make_tasks(tmp_path, 1))
@@ -112,6 +113,7 @@ def test_kept_results_are_not_computed_again(tmp_path: Path) -> None:
     assert finished_tasks(tmp_path) == Counter(range(COUNT))
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:
     """kill -9 of the whole program; its processes end with it, and the next run gives the same results."""
     program = (
@@ -233,6 +235,7 @@ def wait_for(condition: Any, seconds: float = 60.0) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_that_loses_a_worker_gives_the_same_results(tmp_path: Path) -> None:
     """One of two workers is killed in mid-run; the other one finishes the work, what Dask gave up submitted
     anew. A task that kills its worker at every attempt is given up."""

@@ -14,6 +14,7 @@ from command_files import files_below, write_record
 from identifiability.conftest import swinging
 from short_sampling import sample_shortly
 from strokes import draw_strokes
+from tried_here import try_here
 
 from bayes_hw.cli import main
 from bayes_hw.commands import design_experiment, identifiability
@@ -29,6 +30,7 @@ def _short_pilot() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         sample_shortly(patch)
         draw_strokes(patch)
+        try_here(patch)
         yield
 
 

@@ -243,6 +243,7 @@ def test_units_of_time(tmp_path: Path, unit: str, scale: float, form: str) -> No
     assert_same(Record.read(path, options=ReadingOptions(Columns("time"))), 1e-6)
 
 
+@pytest.mark.slow
 @any_file
 @given(
     missing=st.sets(st.integers(10, SAMPLES - 10), min_size=1, max_size=30),

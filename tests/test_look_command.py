@@ -111,6 +111,7 @@ def test_record_at_rest_says_that_it_tells_nothing() -> None:
     assert found["noise_sigma"] == pytest.approx(0.001, rel=0.2)
 
 
+@pytest.mark.slow
 def test_angles_count_from_where_a_record_begins(small_axis: HammersteinWiener) -> None:
     here = measured(small_axis, 1500, seed=1)
     there = Record("there", here.t, here.u, here.y + 134.2, here.sample_rate_hz, here.units)

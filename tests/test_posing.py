@@ -138,6 +138,7 @@ def test_a_case_away_from_zero(small_axis: HammersteinWiener) -> None:
     assert none == () and still.train[0] is train
 
 
+@pytest.mark.slow
 def test_simulate_and_identify_give_back_the_angles_of_the_encoder(
     small_axis: HammersteinWiener,
     tmp_path: Path,

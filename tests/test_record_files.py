@@ -298,6 +298,7 @@ def test_a_name_alone_is_no_log(tmp_path):
     refusal(path)
 
 
+@pytest.mark.slow
 @files_from_hypothesis
 @given(
     steps=st.lists(st.floats(1e-6, 100) | st.just(0.05), min_size=31, max_size=60),
@@ -359,6 +360,7 @@ def test_the_dc_motor_is_read_beside_its_text_column():
     assert (len(record), record.sample_rate_hz) == (6601, 100.0)
 
 
+@pytest.mark.slow
 @needs_shared
 def test_every_practice_record_is_read_at_a_whole_rate_without_treatment():
     paths = sorted(SHARED.glob("practice*/case_*/*.csv"))

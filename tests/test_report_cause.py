@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_files import few_orders, write_axis, write_record
+from short_tuning import tune_shortly
 from simulated_records import measured
 from strokes import draw_strokes
 
@@ -49,6 +50,7 @@ def read(folder: Path, name: str) -> Any:
     return json.loads((folder / name).read_text())
 
 
+@pytest.mark.slow
 def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) -> None:
     """The verdict, bands of what was held out, numbers with the effect; the model that does not hold lies in
     a folder of that name, and no posterior of it is left."""
@@ -67,6 +69,7 @@ def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) 
     assert inside > 0.8
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     page = (reported / "azimuth" / "report.html").read_text()
     first = page[page.index('class="verdict"') :][:600]
@@ -79,10 +82,12 @@ def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     assert page.split('<ul class="badges">')[1].split("</ul>")[0].count("<li") <= 4
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_design_holds_the_effect_and_says_so_first(
-    reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    reported: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    tune_shortly(monkeypatch)
     out, given = tmp_path / "design", tmp_path / "pi.json"
     Controller("given", 20.0, 1.0, 0.2, low_pass_hz=3.0).write(given, "deg/s", "deg")
     arguments = ["--posterior", str(reported / "azimuth"), "--controller", str(given), "--tune"]
@@ -95,6 +100,7 @@ def test_a_design_holds_the_effect_and_says_so_first(
     assert read(out, "design.json")["draws"]["count"] >= 100
 
 
+@pytest.mark.slow
 def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path, tmp_path: Path) -> None:
     out = tmp_path / "next"
     assert main(["design-experiment", "--posterior", str(reported / "azimuth"), "--out", str(out)]) == 0
@@ -106,6 +112,7 @@ def test_the_experiment_that_confirms_is_played_within_the_limits(reported: Path
     assert content["winner"]["expected_gain_nats"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_search_has_the_time_it_is_given(
     reported: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -51,7 +51,7 @@ def test_command_after_convert_reads_what_it_wrote(
     np.testing.assert_array_equal(again.measured_samples, whole.measured_samples)
 
 
-@pytest.mark.parametrize("command", ["inspect", "look"])
+@pytest.mark.parametrize("command", ["inspect", pytest.param("look", marks=pytest.mark.slow)])
 def test_degrees_beside_radians_are_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:

@@ -202,4 +202,4 @@ def add_known_inputs(parsed: argparse.Namespace, model: HammersteinWiener) -> No
 
 def add_columns(parsed: argparse.Namespace, columns: Sequence[str]) -> None:
     """Further columns to read."""
-    parsed.known += [name for name in columns if name not in parsed.known]
+    parsed.known = [*parsed.known, *(name for name in columns if name not in parsed.known)]

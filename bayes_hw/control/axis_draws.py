@@ -149,6 +149,11 @@ class AxisDraws:
         ask for the same."""
         return []
 
+    @cached_property
+    def grids(self) -> dict[float, FloatArray]:
+        """Frequencies for loops of these draws, by the controller's rate."""
+        return {}
+
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """G at every frequency, shape (draws, frequencies), in output units per input unit; read-only."""
         if len(frequency_hz) < GRID_POINTS:

@@ -123,14 +123,14 @@ class Controller:
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """C(exp(2 pi i f T)) without limits, same shape as `frequency_hz`."""
         back = np.exp(-2j * np.pi * frequency_hz * self.period_s)
-        found = self.proportional + 0j * back
+        found = np.full(np.shape(back), self.proportional, dtype=np.complex128)
         if self.integral:
             found = found + self.integral * self.period_s / (1 - back)
         if self.derivative:
             total = self.derivative_filter_s + self.period_s
             found = found + self.derivative * (1 - back) / (total - self.derivative_filter_s * back)
         for b0, b1, b2, a1, a2 in self.sections:
-            found = found * (b0 + b1 * back + b2 * back**2) / (1 + a1 * back + a2 * back**2)
+            found = found * (b0 + back * (b1 + b2 * back)) / (1 + back * (a1 + a2 * back))
         return np.asarray(found * back**self.delay_samples, dtype=np.complex128)
 
     def state_space(self) -> StateSpace:

@@ -54,7 +54,10 @@ class Loop:
     @cached_property
     def frequency_hz(self) -> FloatArray:
         """The grid of `frequency_grid` for this loop, up to the controller's Nyquist frequency."""
-        return frequency_grid(self.axis, self.controller.sample_rate_hz)
+        rate = self.controller.sample_rate_hz
+        if rate not in self.axis.grids:
+            self.axis.grids[rate] = frequency_grid(self.axis, rate)
+        return self.axis.grids[rate]
 
     def response(self, frequency_hz: FloatArray) -> ComplexArray:
         """L at every frequency, shape (draws, frequencies)."""

@@ -169,7 +169,7 @@ def _crossings(loop: Loop, values: FloatArray, function) -> Crossings:  # type: 
     draw, cell = np.nonzero((values[:, :-1] > 0) != (values[:, 1:] > 0))
     low, high = frequency[cell], frequency[cell + 1]
     at_low, at_high = values[draw, cell], values[draw, cell + 1]
-    middle, response = low, loop.response_at(draw, low)
+    middle, response = low, np.zeros(len(low), dtype=np.complex128)
     for _ in range(REFINEMENTS):
         middle = high - at_high * (high - low) / (at_high - at_low)
         response = loop.response_at(draw, middle)

@@ -220,30 +220,28 @@ def _local_fits(parts: Sequence[Spectra], frequency: float, spacing: float) -> C
     free, freedom = terms * len(chosen), rows - terms
     if freedom < 3:
         return impossible
-    matrix = np.zeros((len(TRANSIENT_WEIGHTS), rows + free, free + terms), dtype=np.complex128)
-    target = np.zeros(rows + free, dtype=np.complex128)
+    width = free + terms
+    table = np.zeros((len(TRANSIENT_WEIGHTS), rows + free, width + 1), dtype=np.complex128)
     row = 0
     for index, (part, window) in enumerate(chosen):
         offset = (part.lines[window] - frequency) / reach
         basis = np.vander(offset, terms, increasing=True)
         place = slice(row, row + len(offset))
-        matrix[:, place, terms * index : terms * (index + 1)] = basis
-        matrix[:, place, free:] = basis[:, ::-1] * part.command[window, None]
-        target[place] = part.rate[window]
+        table[:, place, terms * index : terms * (index + 1)] = basis
+        table[:, place, free:width] = basis[:, ::-1] * part.command[window, None]
+        table[:, place, width] = part.rate[window]
         row += len(offset)
     decays = np.tile(TRANSIENT_DECAY ** np.arange(terms), len(chosen))
     scales = np.sqrt(np.array(TRANSIENT_WEIGHTS))[:, None] * decays
-    matrix[:, rows + np.arange(free), np.arange(free)] = 1 / scales
-    left, triangle = np.linalg.qr(matrix)
-    diagonal = np.abs(np.diagonal(triangle, axis1=1, axis2=2))
+    table[:, rows + np.arange(free), np.arange(free)] = 1 / scales
+    triangle = np.asarray(np.linalg.qr(table, mode="r"))
+    diagonal = np.abs(np.diagonal(triangle, axis1=1, axis2=2))[:, :width]
     if (diagonal[:, free:].min(axis=1) <= 1e-10 * diagonal[:, free:].max(axis=1)).any():
         return impossible
-    projected = np.einsum("wij,i->wj", left.conj(), target)
-    squares = np.sum(np.abs(target - np.einsum("wij,wj->wi", left, projected)) ** 2, axis=1)
-    noise = np.maximum(squares, TINY) / freedom
+    noise = np.maximum(np.abs(triangle[:, -1, -1]) ** 2, TINY) / freedom
     information = diagonal[:, -1] ** 2
     criterion = freedom * np.log(noise) + 2 * (np.log(diagonal).sum(axis=1) + np.log(scales).sum(axis=1))
-    response = projected[:, -1] / triangle[:, -1, -1]
+    response = triangle[:, width - 1, width] / triangle[:, width - 1, width - 1]
     power = CENTRE_VARIANCE * information / rows
     return np.column_stack(
         [criterion, response, noise / information, power, noise, np.full(len(noise), float(freedom))]

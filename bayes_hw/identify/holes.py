@@ -204,7 +204,7 @@ class Holes:
         walkers = residuals.shape[1]
         terms, logarithms = np.zeros(walkers), np.zeros(walkers)
         correct_sums(
-            residuals,
+            np.ascontiguousarray(residuals),
             np.ascontiguousarray(partial.T),
             np.zeros(walkers) if precision is None else precision,
             precision is not None,

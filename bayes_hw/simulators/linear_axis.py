@@ -183,7 +183,7 @@ class LinearAxis:
                 system.rests,
                 system.reaction,
                 system.own,
-                np.ascontiguousarray(settings[row]),
+                settings[row].copy(),
                 known,
                 outputs[row],
             )

@@ -46,7 +46,11 @@ def test_the_delay_margin_is_where_whole_samples_destabilise(axis: AxisDraws) ->
             assert ((late.spectral_radius() < 1) == stable).all()
 
 
-@pytest.mark.parametrize("controller", CONTROLLERS, ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    "controller",
+    [CONTROLLERS[0], pytest.param(CONTROLLERS[1], marks=pytest.mark.slow), CONTROLLERS[2]],
+    ids=lambda c: c.name,
+)
 def test_margins_are_those_of_python_control(axis: AxisDraws, controller: Controller) -> None:
     """From its frequency-response data on a fine grid: its polynomial method finds crossings that are not
     there where poles cluster at z = 1."""

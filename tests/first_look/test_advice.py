@@ -49,6 +49,7 @@ def looks() -> list[Look]:
     return [*(look([record]) for record in records), look(records)]
 
 
+@pytest.mark.slow
 def test_nothing_said_of_dead_zone_and_play_is_false(looks: list[Look]) -> None:
     for seen in looks:
         for item in seen.advice.shows:
@@ -59,10 +60,12 @@ def test_nothing_said_of_dead_zone_and_play_is_false(looks: list[Look]) -> None:
                 assert abs(float(met[1]) - PLAY) <= 2 * float(met[2])
 
 
+@pytest.mark.slow
 def test_all_records_together_say_it(looks: list[Look]) -> None:
     assert any(item.startswith("Hysteresis") for item in looks[-1].advice.shows)
 
 
+@pytest.mark.slow
 def test_delays_of_the_same_axis_hold_its_own_and_agree(looks: list[Look]) -> None:
     """The first increment after a command is there at once: one sample, and less than one of dead time."""
     delays = [seen.delay for seen in looks if seen.delay is not None]
@@ -83,6 +86,7 @@ def test_a_share_that_is_not_zero_is_not_told_as_zero() -> None:
     assert percent(0.0) == "0 %"
 
 
+@pytest.mark.slow
 def test_how_fast_slow_motion_is_beside_the_command_is_said(looks: list[Look]) -> None:
     for seen in looks:
         (said,) = (item for item in seen.advice.shows if item.startswith("The frequency response"))
@@ -90,6 +94,7 @@ def test_how_fast_slow_motion_is_beside_the_command_is_said(looks: list[Look]) -
         assert gain is not None and int(gain[1]) == pytest.approx(100, abs=5)
 
 
+@pytest.mark.slow
 def test_the_sentence_names_what_is_shown(looks: list[Look]) -> None:
     for seen in looks:
         said, _, lacking = seen.advice.sentence.removeprefix("These records show ").partition(", and lack ")

@@ -24,7 +24,15 @@ def test_integrator_with_a_delay_has_its_gain_and_phase() -> None:
     assert found.coherence.min() > 0.999
 
 
-@pytest.mark.parametrize("kind", ["sweeps", "one short sweep", "multisine", "long sweep"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "sweeps",
+        pytest.param("one short sweep", marks=pytest.mark.slow),
+        "multisine",
+        pytest.param("long sweep", marks=pytest.mark.slow),
+    ],
+)
 def test_band_holds_the_linear_twin_at_94_percent(kind: str) -> None:
     model, answers = linear_twin(), []
     for seed in range(6):
@@ -49,7 +57,7 @@ def test_band_holds_the_linear_twin_at_94_percent(kind: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("twin", ["nanshan", "slow", "stiff"])
-@pytest.mark.parametrize("kind", ["sweeps", "multisine", "steps"])
+@pytest.mark.parametrize("kind", ["sweeps", pytest.param("multisine", marks=pytest.mark.slow), "steps"])
 def test_bands_of_three_twins_hold_at_90_to_97_percent(twin: str, kind: str) -> None:
     """Of the frequencies with a coherence above 0.8, over twelve seeds, as `look` shows them."""
     model, answers = three_twins()[twin], []

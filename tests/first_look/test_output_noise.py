@@ -12,7 +12,7 @@ from bayes_hw.first_look.look import look
 from bayes_hw.first_look.noise import drift
 
 
-@pytest.mark.parametrize("sigma", [1e-4, 1e-2])
+@pytest.mark.parametrize("sigma", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-2])
 def test_white_noise(sigma: float) -> None:
     rng = np.random.default_rng(1)
     u = np.sin(np.arange(4000) / 15) + 0.3 * rng.standard_normal(4000)

@@ -57,6 +57,7 @@ def test_bad_limits_are_named() -> None:
         plan(limits, np.random.default_rng(1), sample_rate_hz=rate, highest_hz=highest, duration_s=60)
 
 
+@pytest.mark.slow
 def test_twin_that_plays_the_plan_shows_its_limits_and_dead_zone() -> None:
     limits, rate, highest = AXES["slow"]
     found = plan(limits, np.random.default_rng(1), sample_rate_hz=rate, highest_hz=highest, duration_s=240)

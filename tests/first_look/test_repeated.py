@@ -46,6 +46,7 @@ def test_play_is_shown_and_is_not_noise() -> None:
     assert seen.noise_sigma == pytest.approx(SIGMA, rel=0.2)
 
 
+@pytest.mark.slow
 def test_axis_without_play_shows_how_little_it_may_have() -> None:
     u = _strokes()
     seen = _looked(_follower(u), u)
@@ -83,6 +84,7 @@ def test_hysteresis_is_seldom_called_where_there_is_none() -> None:
     assert np.mean(inside) > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", ["deg", "rad"])
 def test_cogging_is_shown_and_is_not_noise(unit: str) -> None:
     size = 1.0 if unit == "deg" else np.pi / 180
@@ -116,6 +118,7 @@ def test_error_of_the_command_that_returns_with_every_stroke_is_no_ripple() -> N
     assert ripples([angle], [0.1 * acceleration + noise], RATE)[0] == ()
 
 
+@pytest.mark.slow
 def test_linear_axis_has_neither(seed: int = 7) -> None:
     rng = np.random.default_rng(seed)
     t = np.arange(6000) / 20

@@ -39,7 +39,14 @@ def strong() -> tuple[TwinExperiment, Look]:
     return experiment, look(experiment.train)
 
 
-@pytest.mark.parametrize("kind", ["both", pytest.param("dead zone", marks=pytest.mark.slow), "multisine"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "both",
+        pytest.param("dead zone", marks=pytest.mark.slow),
+        pytest.param("multisine", marks=pytest.mark.slow),
+    ],
+)
 def test_band_holds_the_linear_block_of_a_nonlinear_twin(
     kind: str, strong: tuple[TwinExperiment, Look]
 ) -> None:
@@ -58,7 +65,7 @@ def test_band_holds_the_linear_block_of_a_nonlinear_twin(
     assert 0.9 <= share(answers) <= 0.98
 
 
-@pytest.mark.parametrize("kind", ["slow sweeps", "stiff multisine"])
+@pytest.mark.parametrize("kind", [pytest.param("slow sweeps", marks=pytest.mark.slow), "stiff multisine"])
 def test_band_holds_the_linear_block_where_limits_are_just_met(kind: str) -> None:
     """Sweeps of a slow axis reach their limits by little; a stiff axis answers faster than 20 Hz tells."""
     twin, command = kind.split()
@@ -90,6 +97,7 @@ def test_raw_response_is_smaller_where_limits_are_met(strong: tuple[TwinExperime
     assert np.median((seen.response.best_linear.magnitude / seen.response.linear.magnitude)[low]) < 0.95
 
 
+@pytest.mark.slow
 def test_a_beginning_that_was_not_measured_is_no_dead_zone() -> None:
     """The angle from which it would count is then unknown; where the axis begins is estimated."""
     rng = np.random.default_rng(8)

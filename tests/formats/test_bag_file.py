@@ -82,7 +82,7 @@ def refusal(path: Path, *wanted: str) -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("compressed", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_numbers_come_out_beside_a_topic_that_is_too_large(tmp_path: Path, compressed: bool) -> None:
     folder = bag(tmp_path / "bag", 40, 3 * 2**20, compressed)
     table = read_bag(folder, ["/cmd.data"], most_rows=1000)
@@ -99,6 +99,7 @@ def test_all_messages_together_are_bounded(tmp_path: Path, monkeypatch: pytest.M
     assert "record a shorter bag" in refusal(folder, "/cmd.data")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by what Linux counts")
 def test_a_message_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tmp_path: Path) -> None:
     """1.5 GB of zeros, some 50 kB compressed."""

@@ -43,6 +43,7 @@ def test_all_of_several_files_must_be_sound(sound: Path, tmp_path: Path) -> None
     assert not is_sound_hdf5(sound, damaged)
 
 
+@pytest.mark.slow
 def test_a_machine_that_is_busy_with_other_things_damages_no_file(
     sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -53,6 +54,7 @@ def test_a_machine_that_is_busy_with_other_things_damages_no_file(
     assert is_sound_hdf5(sound)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time there")
 def test_a_library_that_loops_is_ended(sound: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """After the seconds of the processor that it may take, not after the patience of the clock."""
@@ -86,6 +88,7 @@ def test_what_nobody_asks_for_is_not_read(tmp_path: Path) -> None:
     assert not is_sound_hdf5(tmp_path / "grouped.h5", only=["/axis/bad"])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by what Linux counts")
 def test_a_chunk_that_inflates_without_end_is_given_no_more_than_a_gigabyte(tmp_path: Path) -> None:
     """8 kB are stated, 1.5 GB would come out."""

@@ -67,7 +67,7 @@ def nothing_missing() -> Diagnosis:
     return diagnosed(motor(1.0), motor_records(0.0, 0.0))
 
 
-@pytest.mark.parametrize("noise_sigma", [float("nan"), 1.0])
+@pytest.mark.parametrize("noise_sigma", [pytest.param(float("nan"), marks=pytest.mark.slow), 1.0])
 def test_nothing_is_named_where_there_is_nothing(nothing_missing: Diagnosis, noise_sigma: float) -> None:
     """With the noise known and unknown; base parameters come back."""
     unknown = np.isnan(noise_sigma)
@@ -78,6 +78,7 @@ def test_nothing_is_named_where_there_is_nothing(nothing_missing: Diagnosis, noi
     assert abs(gain.mean - 33.0) < 5 * gain.sd
 
 
+@pytest.mark.slow
 def test_lag_of_an_integrator_is_named_with_its_time() -> None:
     records = []
     for seed in (4, 5):
@@ -113,6 +114,7 @@ def friction() -> Diagnosis:
     return diagnosed(rigid_axis(), records)
 
 
+@pytest.mark.slow
 def test_friction_of_a_rigid_axis_in_closed_loop_is_named(friction: Diagnosis) -> None:
     """Against a simulation written out anew; Coulomb and viscous parts and their directions come back."""
     verdict = friction.verdict
@@ -125,6 +127,7 @@ def test_friction_of_a_rigid_axis_in_closed_loop_is_named(friction: Diagnosis) -
     assert verdict.parameters["friction.viscous_asymmetry"].mean == pytest.approx(-1 / 3, abs=0.1)
 
 
+@pytest.mark.slow
 def test_only_labels_that_find_a_door_are_in_question(
     friction: Diagnosis, nothing_missing: Diagnosis
 ) -> None:
@@ -135,6 +138,7 @@ def test_only_labels_that_find_a_door_are_in_question(
     assert not {"unmodelled_mode", "cubic_stiffness", "saturation_drift", "wind"} & set(with_door)
 
 
+@pytest.mark.slow
 def test_a_record_held_out_can_go_on_where_another_ends() -> None:
     """With the commands before it the prediction is that of the whole record, and is scored on its end."""
     whole = motor_records(1.8, 2.2)[0]

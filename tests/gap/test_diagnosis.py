@@ -110,6 +110,7 @@ def test_names_the_effect_and_its_size(diagnosis: Diagnosis) -> None:
     assert "eccentric" in diagnosis.sentence()
 
 
+@pytest.mark.slow
 def test_a_gap_that_nothing_explains_is_measured_against_the_encoder_noise(case: Case) -> None:
     """With the effect struck from a catalogue of two others: the noise that takes up the gap is no floor."""
     tried = {"command_bias", "gain_asymmetry"}
@@ -182,6 +183,7 @@ def test_the_missing_force_is_written_for_other_alone(diagnosis: Diagnosis, tmp_
     assert not (tmp_path / "free_residual.csv").exists()
 
 
+@pytest.mark.slow
 def test_held_out_outputs_are_never_fitted(case: Case, diagnosis: Diagnosis) -> None:
     """Another output of the record held out: predictions and parameters stay, the score moves."""
     held = case.holdout[0]
@@ -264,6 +266,7 @@ def test_a_damaged_corrected_model_is_refused(
         simulate_corrected({**data, "train": {**data["train"], **change}}, np.zeros(10))
 
 
+@pytest.mark.slow
 def test_an_estimated_level_changes_no_verdict(case: Case, diagnosis: Diagnosis) -> None:
     """Records that count from levels a deviation and more off; predictions are of the angles themselves."""
     off = (0.9, -1.4, 1.2)

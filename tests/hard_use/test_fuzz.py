@@ -30,7 +30,8 @@ def posterior(small_axis: HammersteinWiener, small_record: Record, tmp_path: Pat
 
 
 @pytest.mark.timeout(SECONDS + LONG_SECONDS + 120)
-@pytest.mark.parametrize("seconds", [SECONDS, pytest.param(LONG_SECONDS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seconds", [SECONDS, LONG_SECONDS])
+@pytest.mark.slow
 def test_damaged_files_are_read_or_refused(posterior: Path, tmp_path: Path, seconds: float) -> None:
     """Every reader: CSV, MATLAB vectors, iddata, idnlhw, HDF5, MATLAB 7.3, Parquet, posterior, the JSON of
     models, controllers and cases."""

@@ -62,6 +62,7 @@ def check_both_forms(out: Path, *names: str) -> None:
         assert "onerror=alert(1)" in words and "root:x:0:0" not in words
 
 
+@pytest.mark.slow
 def test_the_posterior_report(folder: Path) -> None:
     before = files_below(folder)
     short = ("--walkers", "32", "--max-steps", "50", "--quiet", "--input", COLUMN)

@@ -64,7 +64,8 @@ def sampling(*more: str) -> list[str]:
     return ["sample", *model, "train_1.csv", "--out", "posterior", *short, *more]
 
 
-@pytest.mark.parametrize("size", [pytest.param(60_000, marks=pytest.mark.slow), 300_000])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [60_000, 300_000])
 def test_sampling_on_a_full_disk_keeps_the_last_posterior(
     folder: Path, size: int, capsys: pytest.CaptureFixture[str]
 ) -> None:

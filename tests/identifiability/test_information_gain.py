@@ -104,6 +104,7 @@ def test_unknown_parameters_are_named(posterior: Posterior) -> None:
         belief.rows(["noise.sigma"])
 
 
+@pytest.mark.slow
 def test_a_free_start_adds_its_unknown_state(small_axis: HammersteinWiener, swinging_record: Record) -> None:
     settings = SamplerSettings(ensembles=2, walkers=32, max_steps=50)
     rng = np.random.default_rng(6)

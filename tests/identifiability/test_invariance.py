@@ -37,6 +37,7 @@ def runs(small_axis: HammersteinWiener, swinging_record: Record) -> FreedRuns:
     return sampled(small_axis, swinging_record)
 
 
+@pytest.mark.slow
 def test_invariants_agree_within_monte_carlo_error(runs: FreedRuns) -> None:
     """Means and standard deviations of all seven, the largest of fourteen scores against its 99 % bound."""
     agreement = compare_invariants(runs.freed, runs.chart)
@@ -60,6 +61,7 @@ def test_error_of_a_standard_deviation_is_its_scatter(correlation: float) -> Non
     assert claimed == pytest.approx(np.std([run.std() for run in runs]), rel=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "offset"), [(1.0, 0.5), (1.3, 0.0)], ids=["shifted", "widened"])
 def test_disagreement_is_found(runs: FreedRuns, factor: float, offset: float) -> None:
     """Draws of one parameter of the chart moved by half a standard deviation, or spread by 30 %."""
@@ -70,6 +72,7 @@ def test_disagreement_is_found(runs: FreedRuns, factor: float, offset: float) ->
     assert not compare_invariants(runs.freed, replace(runs.chart, values=values)).agrees
 
 
+@pytest.mark.slow
 def test_raw_parameters_contract_by_pooled_priors_alone(runs: FreedRuns) -> None:
     """On the ridge each raw parameter keeps the variance that its prior has along the orbit."""
     raw, kept = contractions(runs.freed)
@@ -80,6 +83,7 @@ def test_raw_parameters_contract_by_pooled_priors_alone(runs: FreedRuns) -> None
     assert min(row.contraction for row in kept) > 0.97
 
 
+@pytest.mark.slow
 def test_draws_lie_along_the_orbit(runs: FreedRuns) -> None:
     freed = runs.freed
     along = np.corrcoef(np.log(freed.chains(SLOPE)).ravel(), np.log(freed.chains(UPPER)).ravel())[0, 1]
@@ -90,6 +94,7 @@ def test_draws_lie_along_the_orbit(runs: FreedRuns) -> None:
     np.testing.assert_allclose(product, product[0])
 
 
+@pytest.mark.slow
 def test_true_assumptions_are_supported(runs: FreedRuns) -> None:
     for test in check_assumptions(runs.freed):
         low, high = test.ratio.hdi94

@@ -63,6 +63,7 @@ def test_the_winner_is_the_best_and_reaches_the_limits(design: Design, posterior
     assert after["saturation.upper"].width < 0.05 * after["saturation.upper"].width_now
 
 
+@pytest.mark.slow
 def test_predicted_widths_are_obtained(design: Design, posterior: Posterior, record: Record) -> None:
     """Two simulated experiments, sampled again with the first record: all widths within 20 %. Weights of the
     poles, two here, are nobody's question unless asked for."""

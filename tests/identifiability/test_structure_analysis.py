@@ -33,6 +33,7 @@ def shown(small_axis: HammersteinWiener, swinging_record: Record) -> Identifiabi
     return analysed(small_axis, swinging_record)
 
 
+@pytest.mark.slow
 def test_a_record_that_shows_everything(shown: Identifiability) -> None:
     found = verdicts(shown)
     assert {found[name] for name in ("saturation.lower", "saturation.upper", "gain")} == {"identified"}
@@ -47,6 +48,7 @@ def test_a_record_that_shows_everything(shown: Identifiability) -> None:
             assert verdict.prior_sensitivity < 0.05 < verdict.likelihood_sensitivity
 
 
+@pytest.mark.slow
 def test_what_is_never_reached_is_prior_dominated(small_axis: HammersteinWiener) -> None:
     """Limits that small commands do not reach, and the dead zone, far above which the record begins at an
     unknown state, its negative side as well; and nothing else but what the record cannot show either."""
@@ -64,6 +66,7 @@ def test_what_is_never_reached_is_prior_dominated(small_axis: HammersteinWiener)
     assert all(test.decision == "undecided" for test in result.assumptions)
 
 
+@pytest.mark.slow
 def test_files_hold_what_was_found(shown: Identifiability, tmp_path: Path) -> None:
     shown.write(tmp_path)
     content = json.loads((tmp_path / "identifiability.json").read_text())

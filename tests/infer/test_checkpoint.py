@@ -76,7 +76,10 @@ def test_keeping_a_checkpoint_changes_nothing(tmp_path: Path, undisturbed: Sampl
     assert len(list(folder.glob("block_*.h5"))) == 6
 
 
-@pytest.mark.parametrize(("interrupt_at", "jobs"), [(15, 1), (70, 2), (150, 1)])
+@pytest.mark.parametrize(
+    ("interrupt_at", "jobs"),
+    [(15, 1), pytest.param(70, 2, marks=pytest.mark.slow), pytest.param(150, 1, marks=pytest.mark.slow)],
+)
 def test_interrupted_and_resumed_to_the_same_bits(
     tmp_path: Path, undisturbed: Sampling, interrupt_at: int, jobs: int
 ) -> None:
@@ -93,6 +96,7 @@ def test_resuming_a_finished_run_gives_it_again(finished: Path, undisturbed: Sam
     assert_same(run(Checkpoint(finished, "a"), resume=True), undisturbed)
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_to_the_same_bits(tmp_path: Path, undisturbed: Sampling) -> None:
     """kill -9 of a process in the middle of its run."""
     script = (
@@ -118,6 +122,7 @@ def test_killed_and_resumed_to_the_same_bits(tmp_path: Path, undisturbed: Sampli
     assert_same(run(Checkpoint(tmp_path, "a"), resume=True), undisturbed)
 
 
+@pytest.mark.slow
 def test_without_resume_an_old_checkpoint_is_replaced(tmp_path: Path, undisturbed: Sampling) -> None:
     """Blocks of an earlier run do not leak into this one, and strangers' files stay."""
     run(Checkpoint(tmp_path, "old"))
@@ -139,7 +144,9 @@ def test_foreign_checkpoint_is_refused(finished: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["plan.h5", "block_00002.h5"])
-@pytest.mark.parametrize("damage", ["truncated", "text", "without data", "foreign HDF5"])
+@pytest.mark.parametrize(
+    "damage", ["truncated", pytest.param("text", marks=pytest.mark.slow), "without data", "foreign HDF5"]
+)
 def test_damaged_checkpoint_is_refused(finished: Path, tmp_path: Path, name: str, damage: str) -> None:
     shutil.copytree(finished, tmp_path, dirs_exist_ok=True)
     path = tmp_path / name
@@ -163,7 +170,9 @@ def test_fingerprint_tells_parts_apart() -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)]
+)
 def test_a_checkpoint_of_any_bytes_is_resumed_or_refused(finished: Path, tmp_path: Path, seed: int) -> None:
     """The HDF5 library can crash on a damaged file: it is tried in another process first."""
     copied = Path(shutil.copytree(finished, tmp_path / "copy"))

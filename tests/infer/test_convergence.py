@@ -31,7 +31,7 @@ def autoregressive_chains(tau: float, shape: tuple[int, ...], seed: int) -> Floa
     return np.asarray(signal.lfilter([1.0], [1.0, -phi], shocks, axis=1))
 
 
-@pytest.mark.parametrize("tau", [0.5, 1.0, 3.0, 19.0, 199.0])
+@pytest.mark.parametrize("tau", [0.5, 1.0, 3.0, 19.0, pytest.param(199.0, marks=pytest.mark.slow)])
 def test_autocorrelation_time_of_known_chains(tau: float) -> None:
     """Antithetic to very slow AR(1) chains, 10 %."""
     chain = autoregressive_chains(tau, (1, max(1000, round(100 * tau)), 200), seed=1)[0]

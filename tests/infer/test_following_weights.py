@@ -112,6 +112,7 @@ def test_dominant_parameters_have_the_posterior_of_everything(
     assert held.conditional_on and held.summaries[damping].sd < 0.8 * everything.summaries[damping].sd
 
 
+@pytest.mark.slow
 def test_everything_is_sampled_where_the_weights_do_not_hold(
     small_axis: HammersteinWiener, record: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -153,9 +153,8 @@ def test_moves_leave_the_joint_distribution(independence_weight: float) -> None:
     assert np.max(np.abs(z)) < LIMIT, z
 
 
-@pytest.mark.parametrize(
-    "wrong", [ForgottenFactor(proposal()), pytest.param(WrongDifferentialEvolution(), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [ForgottenFactor(proposal()), WrongDifferentialEvolution()])
 def test_a_wrong_factor_is_caught(wrong: Move) -> None:
     z = z_scores(in_fixed_halves([(wrong, 1.0)]))
     assert np.max(np.abs(z)) > 2 * LIMIT, z

@@ -37,9 +37,8 @@ def differential_evolution(hard: HardAxis, inference: Inference, steps: int) -> 
     return advance(state, target, moves, steps)[0]
 
 
-@pytest.mark.parametrize(
-    "name", [UNIMODAL[0], *(pytest.param(n, marks=pytest.mark.slow) for n in UNIMODAL[1:])]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", UNIMODAL)
 def test_agrees_with_differential_evolution_alone(name: str) -> None:
     """Means and standard deviations of every coordinate within 4.5 Monte Carlo standard errors."""
     hard, inference = inferred(name)
@@ -55,6 +54,7 @@ def test_agrees_with_differential_evolution_alone(name: str) -> None:
             assert abs(a.mean() - b.mean()) < 4.5 * error, (name, i, power)
 
 
+@pytest.mark.slow
 def test_both_modes_of_a_dead_zone_are_found_and_weighed() -> None:
     """Against the evidence of either mode, by quadrature over the dead zone with Laplace's method for the
     rest at every value of it."""

@@ -37,7 +37,7 @@ def approaching(model: HammersteinWiener, seed: int, largest: float) -> Record:
     return Record("approaching", t, u, y, 20.0, model.units)
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize("seed", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_unreached_limit_keeps_its_range(small_axis: HammersteinWiener, seed: int) -> None:
     """The upper limit lies just above all commands: its interval reaches well past the truth."""
     record = approaching(small_axis, seed, 1.05)
@@ -72,6 +72,7 @@ def test_a_peak_with_a_small_lead_gives_way_and_a_large_one_does_not(small_axis:
     )
 
 
+@pytest.mark.slow
 def test_on_a_plain_others_are_as_sure_as_without_the_limit(small_axis: HammersteinWiener) -> None:
     """Below the largest commands the gain makes up for the limit; beyond them it need not."""
     record = approaching(small_axis, 4, 1.05)

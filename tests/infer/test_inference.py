@@ -67,6 +67,7 @@ def test_same_seed_same_numbers_whatever_the_jobs(
     np.testing.assert_array_equal(again.posterior.values, inference.posterior.values)
 
 
+@pytest.mark.slow
 def test_resumed_run_is_the_undisturbed_one(
     inference: Inference, small_axis: HammersteinWiener, small_record: Record, tmp_path: Path
 ) -> None:

@@ -115,6 +115,7 @@ def bent(points: FloatArray) -> StudentTMixture:
     return refitted(flat, points, np.full(len(points), 1 / len(points)), bent=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 0.5])
 def test_moves_along_a_bend_leave_curved_ridges(weight: float) -> None:
     """Eight dimensions, four ridges: mean and variance of every straight variable and its marginal, from
@@ -152,7 +153,9 @@ class WrongFactor(IndependenceMove):
 
 
 @pytest.mark.parametrize("power", [pytest.param(0.0, marks=pytest.mark.slow), 0.9])
-@pytest.mark.parametrize("check", [assert_leaves_gaussian, assert_leaves_log_gamma])
+@pytest.mark.parametrize(
+    "check", [pytest.param(assert_leaves_gaussian, marks=pytest.mark.slow), assert_leaves_log_gamma]
+)
 def test_harness_catches_a_wrong_factor(power: float, check: Callable[[MoveMaker], None]) -> None:
     """Ten per cent off in the logarithm of the factor is enough, in either target."""
     with pytest.raises(AssertionError):

@@ -19,6 +19,7 @@ from bayes_hw.infer.sampler import SamplerSettings, sample
 from bayes_hw.progress import Progress
 
 
+@pytest.mark.slow
 def test_a_laplace_approximation_far_too_narrow_is_widened_step_by_step() -> None:
     """A correlated Gaussian in 16 dimensions, its covariance given 9 times too small and its mean two of
     those widths off: independence proposals are accepted mostly, with no exploring pilot."""

@@ -61,6 +61,7 @@ def test_outliers_do_not_hide_what_follows_the_command() -> None:
     assert examined(e - 0.1 * u + outliers, u).tests[COMMAND].passed
 
 
+@pytest.mark.slow
 def test_p_values_of_whiteness_are_uniform() -> None:
     rng = np.random.default_rng(2)
     p_values = [examined(rng.standard_normal(800)).tests[WHITE].p_value for _ in range(200)]

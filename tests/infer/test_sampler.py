@@ -109,6 +109,7 @@ def test_no_possible_start_is_an_error_not_a_hang() -> None:
         run(lambda: Nowhere(2), np.zeros(2), np.eye(2))
 
 
+@pytest.mark.slow
 def test_same_seed_same_numbers_whatever_the_jobs() -> None:
     target = Gaussian(4)
     short = SamplerSettings(ensembles=3, walkers=32, max_steps=100, target_ess=1e9)

@@ -114,7 +114,7 @@ def test_samples_worth_one_of_an_autoregression() -> None:
     assert samples_worth_one([white]) == pytest.approx(1.0, abs=0.02)
 
 
-@pytest.mark.parametrize("lost", [0.0, 0.02])
+@pytest.mark.parametrize("lost", [pytest.param(0.0, marks=pytest.mark.slow), 0.02])
 def test_noise_that_would_carry_the_axis_is_not_let(lost: float) -> None:
     """A command that loses a constant against its direction and another always, as friction and a slope take
     it, and next to no noise: from the estimate of plain least squares the start simulates as well as that,

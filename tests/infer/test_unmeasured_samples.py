@@ -138,6 +138,7 @@ def test_mode_moves_by_no_more_than_the_lost_information(small_axis: Hammerstein
     assert squares < stats.chi2.ppf(0.999, count)
 
 
+@pytest.mark.slow
 def test_residual_tests_hold_their_level_with_holes() -> None:
     """First-order noise with a tenth not measured, 120 records: each test at 1 % fails for 1 % of them,
     within the binomial; of a wrong coefficient whiteness fails for nearly all."""

@@ -115,6 +115,7 @@ def test_an_axis_with_a_held_pole_is_the_same_axis(small_axis: HammersteinWiener
     np.testing.assert_allclose(held.to_model(held.nominal).simulate(u).y, model.simulate(u).y, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_posterior_with_a_held_pole_converges_and_is_read_back(
     small_axis: HammersteinWiener, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -190,7 +190,7 @@ def log_of(kind: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", ["h5", "mat", "parquet"])
+@pytest.mark.parametrize("kind", [pytest.param("h5", marks=pytest.mark.slow), "mat", "parquet"])
 def test_a_file_that_is_no_text_is_looked_into_too(
     tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -238,7 +238,14 @@ def bag_without_headers(path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("write_log", [hdf5_clocks, tdms_waves, bag_without_headers])
+@pytest.mark.parametrize(
+    "write_log",
+    [
+        pytest.param(hdf5_clocks, marks=pytest.mark.slow),
+        tdms_waves,
+        pytest.param(bag_without_headers, marks=pytest.mark.slow),
+    ],
+)
 def test_signals_with_clocks_of_their_own(
     tmp_path: Path,
     write_log: Callable[[Path], Path],

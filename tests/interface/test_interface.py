@@ -132,6 +132,7 @@ def test_results_can_be_written(shown: dict[str, Any], tmp_path: Path) -> None:
     assert found == {"posterior.nc", "posterior.json"} | diagnosed
 
 
+@pytest.mark.slow
 def test_importing_the_package_is_light() -> None:
     """No numpy until a name of the interface is used; then every name is there, whatever came first."""
     script = (

@@ -18,7 +18,16 @@ from bayes_hw.plant.nominal import nominal_of, refit
 SHORT = replace(KINDS["easy"], durations_s=(60.0,))
 
 
-@pytest.mark.parametrize("label", ["friction", "transport_delay", "encoder_eccentricity", "gain_drift"])
+@pytest.mark.parametrize(
+    "label",
+    [
+        "friction",
+        *(
+            pytest.param(label, marks=pytest.mark.slow)
+            for label in ("transport_delay", "encoder_eccentricity", "gain_drift")
+        ),
+    ],
+)
 def test_gap_is_what_a_refit_leaves(label: str) -> None:
     """A refit of the finished records from the true base leaves about the gap; the noise is sigma."""
     case = make_case(3, 1, SHORT, [label])
@@ -53,6 +62,7 @@ def test_without_a_fault_the_true_model_leaves_the_noise() -> None:
         np.testing.assert_array_equal(record.noise_free, record.without_noise)
 
 
+@pytest.mark.slow
 def test_a_missing_mode_is_no_matter_of_other_base_frequencies() -> None:
     """From modes begun elsewhere a refit leaves no less: the gap is the fault's, not the search's."""
     case = make_case(1880, 1, SHORT, ["unmodelled_mode"])
@@ -72,12 +82,14 @@ def test_modes_of_slowly_sampled_axes_stay_below_half_the_sample_rate() -> None:
         assert max(frequency for frequency, _ in case.simulator.modes) < 0.5 * 10.0
 
 
+@pytest.mark.slow
 def test_pair_carries_both() -> None:
     case = make_case(3, 3, SHORT, ["outliers", "command_bias"])
     assert case.truth["effects"] == ["outliers", "command_bias"]
     assert any(np.abs(r.without_noise - r.noise_free).max() > 0 for r in case.train)
 
 
+@pytest.mark.slow
 def test_same_arguments_same_case_and_other_index_another() -> None:
     first, again, other = (make_case(3, index, SHORT, ["wind"]) for index in (4, 4, 5))
     np.testing.assert_array_equal(first.holdout.measured, again.holdout.measured)
@@ -85,6 +97,7 @@ def test_same_arguments_same_case_and_other_index_another() -> None:
     assert first.truth["base"] != other.truth["base"]
 
 
+@pytest.mark.slow
 def test_unseen_faults_are_drawn_only_where_a_kind_asks_for_them() -> None:
     names = {
         key: {fault.__module__.rsplit(".", 1)[-1] for fault in faults}

@@ -49,7 +49,8 @@ def by_hand_values(name: str) -> FloatArray:
 
 
 @pytest.mark.parametrize(("worse", "said", "level"), [
-    (False, "better than those by hand", "good"), (True, "no better than those by hand", "warn"),
+    (False, "better than those by hand", "good"),
+    pytest.param(True, "no better than those by hand", "warn", marks=pytest.mark.slow),
 ])  # fmt: skip
 @pytest.mark.usefixtures("undrawn")
 def test_what_goes_with_the_program_is_said_first(
@@ -70,6 +71,8 @@ def test_every_constant_has_its_row(report: Report) -> None:
     assert table.rows[0][2:] == ("6", "4.24")
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("wide_only")
 def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
     assert profiles(fit).svg.count("<clipPath id=") == len(names_fitted())
 

@@ -38,7 +38,7 @@ def test_curve_outside_its_band_is_coloured_and_named(panel, draw):
     assert loud.caption.endswith("Outside here: delay.")
 
 
-@pytest.mark.parametrize("draw", [ecdf_differences, rank_histograms])
+@pytest.mark.parametrize("draw", [pytest.param(ecdf_differences, marks=pytest.mark.slow), rank_histograms])
 def test_every_quantity_has_its_panel(panel, draw, labels_of):
     panels = [replace(panel, label=f"quantity {i}") for i in range(6)]
     labels = labels_of(lambda: draw(panels, "six"))
@@ -46,6 +46,7 @@ def test_every_quantity_has_its_panel(panel, draw, labels_of):
     assert "simultaneous 95\u00a0% band" in labels
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_coverage_names_parameters_and_kinds(labels_of):
     points = [
         IntervalPoint(parameter, kind, nominal, 0.7, 0.6, 0.85)

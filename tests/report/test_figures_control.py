@@ -62,6 +62,7 @@ def test_predicted_and_simulated_cycles_are_paired_by_draw(found: Design, labels
     assert "predicted amplitude of w (deg)" in text and "hot" in text
 
 
+@pytest.mark.slow
 def test_loops_and_tests_have_a_row_and_a_column(found: Design, labels_of: Labels) -> None:
     for draw in (
         lambda: nyquist_and_sensitivities(found.loops),
@@ -72,6 +73,7 @@ def test_loops_and_tests_have_a_row_and_a_column(found: Design, labels_of: Label
     assert {"ramp: error", "sidereal: error", "time (s)", "output (deg)"} <= set(text)
 
 
+@pytest.mark.slow
 def test_sets_have_a_panel_each(found: Design, labels_of: Labels) -> None:
     text = labels_of(lambda: uncertainty_sets(found.sets, found.nominal.units))
     assert {"multiplicative", "additive", "|W|, order 3"} <= set(text)

@@ -22,6 +22,8 @@ from bayes_hw.simulators.edits import Edit
 from bayes_hw.simulators.mjcf_axis import MjcfAxis
 from bayes_hw.simulators.simulator_diagnosis import open_simulator
 
+pytestmark = pytest.mark.slow
+
 SAMPLES, SIGMA, TORQUE = 500, 0.002, 2.0
 FEW = [label for label in LABEL_BLOCKS if label not in ("friction", "encoder_eccentricity")]
 OWN = ["dead_zone", "saturation", "lag"]

@@ -114,6 +114,7 @@ def test_plain_friction_is_frictionloss_and_a_falling_one_a_law(axis: MjcfAxis) 
     assert len(falling.laws) == 1
 
 
+@pytest.mark.slow
 def test_a_known_force_enters_at_the_motor(axis: MjcfAxis, u: FloatArray) -> None:
     push = np.zeros(SAMPLES)
     push[200:300] = 10.0

@@ -62,6 +62,7 @@ def test_the_base_is_moved_by_what_the_linear_axis_lacks(asked: tuple[MjcfAxis, 
     np.testing.assert_allclose(moved.simulate(at, [other])[0], axis.simulate(at[None], other)[0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_explanation_ends_where_the_simulator_itself_fits(asked: tuple[MjcfAxis, Question]) -> None:
     """The linear axis alone leaves many times the noise, which then passes for a slow one."""
     axis, about = asked

@@ -15,7 +15,9 @@ from bayes_hw.plant.case import make_case
 from bayes_hw.plant.kinds import KINDS
 
 
-@pytest.mark.parametrize(("labels", "used"), [(["gain_asymmetry"], True), ([], False)])
+@pytest.mark.parametrize(
+    ("labels", "used"), [pytest.param(["gain_asymmetry"], True, marks=pytest.mark.slow), ([], False)]
+)
 def test_black_box(labels: list[str], used: bool, tmp_path: Path) -> None:
     """Of an unequal gain, which the library holds, over half closes; where there is no gap it keeps still."""
     kind = replace(KINDS["easy"], gap_over_sigma=(4.0, 5.0))

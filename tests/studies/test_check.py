@@ -28,12 +28,14 @@ def checked(folder: Path, labels: list[str], options: dict[str, str]) -> Evidenc
     )
 
 
+@pytest.mark.slow
 def test_the_program_names_what_it_was_given(tmp_path: Path) -> None:
     (verdict,) = checked(tmp_path, [LABEL], {}).verdicts
     assert not verdict.failed and verdict.answer == (LABEL,)
     assert LABEL in verdict.probability
 
 
+@pytest.mark.slow
 def test_an_entry_that_is_struck_is_not_in_question(tmp_path: Path) -> None:
     (verdict,) = checked(tmp_path, [], {"without": LABEL}).verdicts
     assert not verdict.failed and verdict.answer == ()

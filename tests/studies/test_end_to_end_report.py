@@ -83,6 +83,7 @@ def page(model: HammersteinWiener, wide: float, capped: float, count: int = 60) 
     return end_to_end_report(study, provenance("test", 1, [], 1.0))
 
 
+@pytest.mark.slow
 def test_intervals_that_hold_and_a_fault_that_is_found(small_axis: HammersteinWiener) -> None:
     report = page(small_axis, 1.0, 1.8)
     assert "every kind of parameter stays in its band" in report.verdict
@@ -104,6 +105,7 @@ def test_narrow_intervals_and_a_missed_fault_are_said(small_axis: HammersteinWie
     assert states["intervals do not hold"] == states["fault missed"] == "bad"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
     report = page(small_axis, 1.0, 1.8, count=5)
@@ -111,6 +113,7 @@ def test_few_axes_tell_nothing(small_axis: HammersteinWiener) -> None:
     assert "is not excluded" in report.verdict
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_fault_stands_beside_the_defaults(small_axis: HammersteinWiener) -> None:
     """Kinds and twins are told both ways, and a twin that was refused says so."""

@@ -24,6 +24,7 @@ def test_explained_share_by_hand() -> None:
     assert explained(2 * tangent[:, None], tangent[:, None], residual) == 0.0
 
 
+@pytest.mark.slow
 def test_clear_signature_is_named(tmp_path: Path) -> None:
     case = make_case(4, 1, replace(KINDS["easy"], gap_over_sigma=(4.0, 5.0)), ["gain_asymmetry"])
     write_case(case, tmp_path / "case")

@@ -45,7 +45,7 @@ def fitted_error(axis: KnownAxis) -> FloatArray:
     return np.array([found[name] - axis.true_values()[name] for name in NAMES])
 
 
-@pytest.mark.parametrize("cut", [at_rest, in_motion])
+@pytest.mark.parametrize("cut", [at_rest, pytest.param(in_motion, marks=pytest.mark.slow)])
 def test_it_is_the_fit_begun_at_the_truth(small_axis: HammersteinWiener, cut: Cut) -> None:
     """Of the same records, within a third of a standard deviation, for forty draws of the noise; and fits
     spread as its deviations say, within three standard errors."""
@@ -59,7 +59,10 @@ def test_it_is_the_fit_begun_at_the_truth(small_axis: HammersteinWiener, cut: Cu
     assert np.std(fitted, axis=0) / deviation == pytest.approx(1, rel=3 / np.sqrt(80))
 
 
-@pytest.mark.parametrize("noise", [TrueNoise(0.01, (0.7, -0.3)), TrueNoise(0.01, (0.5,), 4.0)])
+@pytest.mark.parametrize(
+    "noise",
+    [TrueNoise(0.01, (0.7, -0.3)), pytest.param(TrueNoise(0.01, (0.5,), 4.0), marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("cut", [at_rest, in_motion])
 def test_its_intervals_hold_as_often_as_they_say(
     small_axis: HammersteinWiener, noise: TrueNoise, cut: Cut

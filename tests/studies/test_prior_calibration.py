@@ -112,7 +112,15 @@ def test_draws_follow_the_priors(case: CalibrationCase) -> None:
         assert np.max(np.abs(below - probabilities)) < stats.kstwobign.isf(1e-4) / 20
 
 
-@pytest.mark.parametrize("partial", [(), (0.8,), (0.6, 0.5), (-0.7, 0.3, 0.4)])
+@pytest.mark.parametrize(
+    "partial",
+    [
+        pytest.param((), marks=pytest.mark.slow),
+        (0.8,),
+        pytest.param((0.6, 0.5), marks=pytest.mark.slow),
+        pytest.param((-0.7, 0.3, 0.4), marks=pytest.mark.slow),
+    ],
+)
 def test_simulated_noise_is_stationary_from_its_first_sample(partial: Sequence[float]) -> None:
     """Variances and lag-one correlations at the first samples and late ones are those of the process."""
     rng = np.random.default_rng(5)
@@ -123,6 +131,7 @@ def test_simulated_noise_is_stationary_from_its_first_sample(partial: Sequence[f
     np.testing.assert_allclose(correlations, kappa[0] if partial else 0.0, atol=0.06)
 
 
+@pytest.mark.slow
 def test_a_replicate_depends_on_its_seed_alone(case: CalibrationCase) -> None:
     first, second = (calibrate_once(calibration_tasks(case, 3, 6)[2]) for _ in range(2))
     del first["seconds"], second["seconds"]

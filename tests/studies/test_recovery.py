@@ -27,6 +27,7 @@ def test_noise_has_its_spread_and_correlation_from_the_first_sample(noise: TrueN
     assert np.corrcoef(runs[:, 2], runs[:, 3])[0, 1] == pytest.approx(0.7, abs=0.04)
 
 
+@pytest.mark.slow
 def test_a_replicate_scores_every_true_value_that_the_fit_has(
     small_axis: HammersteinWiener, monkeypatch: pytest.MonkeyPatch
 ) -> None:

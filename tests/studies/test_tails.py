@@ -20,6 +20,7 @@ def errors(share: float, scale: float = 1.0, seed: int = 1) -> list[FloatArray]:
     return list(np.where(rng.random((400, 8)) < share, astray, rng.standard_normal((400, 8))))
 
 
+@pytest.mark.slow
 def test_the_tails_that_made_the_errors_are_found_and_hold() -> None:
     fit = TailFit(errors(0.1, 5.0))
     assert fit.tails.share == pytest.approx(0.1, abs=0.025)

@@ -131,17 +131,15 @@ def clock_jitter(fit: Misfit) -> StochasticFit | None:
             total -= 0.5 * (log_determinant + float(square_sums(white)[0]))
         return JitterWhitener(float(coefficient), float(variance), extra, total)
 
+    def cost(p: FloatArray) -> float:
+        return -at(p).log_likelihood
+
     first = np.log(max(correlation, 0.02) / (LARGEST_NOISE_CORRELATION * 1.001 - max(correlation, 0.02)))
     best = None
     for share in (0.3, 0.8):
         start = np.array([first, 0.5 * np.log(1 - share), 0.5 * np.log(share / untimely.power)])
         start[1:] += np.log(noise.innovation_sigma)
-        found = minimize(  # type: ignore[call-overload]
-            lambda p: -at(p).log_likelihood,
-            start,
-            method="Nelder-Mead",
-            options={"maxiter": 120, "fatol": 0.1},
-        )
+        found = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 120, "fatol": 0.1})
         if best is None or found.fun < best.fun:
             best = found
     assert best is not None

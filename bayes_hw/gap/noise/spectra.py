@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -68,14 +69,14 @@ def whittle(spectrum: Spectrum, model: FloatArray) -> float:
 
 def fit_spectrum(spectrum: Spectrum, model, starts: Sequence[FloatArray]) -> FloatArray:  # type: ignore[no-untyped-def]
     """Parameters of `model(frequency, parameters)` of most Whittle likelihood, from several starts."""
+
+    def cost(p: FloatArray) -> float:
+        return whittle(spectrum, np.maximum(model(spectrum.frequencies, p), 1e-300))
+
     best = None
+    options: Any = {"maxiter": 250, "xatol": 1e-3, "fatol": 0.05}
     for start in starts:
-        found = minimize(  # type: ignore[call-overload]
-            lambda p: whittle(spectrum, np.maximum(model(spectrum.frequencies, p), 1e-300)),
-            start,
-            method="Nelder-Mead",
-            options={"maxiter": 250, "xatol": 1e-3, "fatol": 0.05},
-        )
+        found = minimize(cost, start, method="Nelder-Mead", options=options)
         if best is None or found.fun < best.fun:
             best = found
     assert best is not None

@@ -44,7 +44,9 @@ def continuous_poles(
     that of a pair at half the sample rate, both of which are seen at p; a pole at zero is taken for a very
     fast one.
     """
-    return ContinuousPoles(*_continuous(real_poles, pair_poles, real_residues, pair_residues, rate))
+    return ContinuousPoles(
+        *_continuous(real_poles, pair_poles, np.ascontiguousarray(real_residues), pair_residues, rate)
+    )
 
 
 @njit(cache=True, error_model="numpy")

@@ -72,6 +72,7 @@ def test_truth_says_what_the_records_carry(blind_set: Path) -> None:
     assert np.std(record.y - clean) == pytest.approx(truths[1]["base"]["noise.sigma"], rel=0.06)
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes_and_another_seed_other_ones(blind_set: Path, tmp_path: Path) -> None:
     make_set(tmp_path / "again", 1, 5, "easy", labels=LABELS[:1], changes=SHORT, executor=HERE)
     seals = [
@@ -127,6 +128,7 @@ def test_from_records_no_model_is_to_be_had(blind_set: Path, tmp_path: Path) -> 
         run_set(blind_set, tmp_path, diagnosis="stand_in:by_the_files", executor=HERE)
 
 
+@pytest.mark.slow
 def test_what_is_part_of_g_is_no_gap_without_a_model(tmp_path: Path) -> None:
     labels = [["transport_delay"], ["wind", "unmodelled_mode"]]
     make_set(tmp_path / "set", 2, 6, "easy", labels=labels, changes=SHORT, executor=HERE)

@@ -22,9 +22,9 @@ STUDIES = Path(__file__).resolve().parents[3] / "studies"
 
 @pytest.mark.parametrize(("name", "key", "diagnosis", "written"), [
     ("08_blind_check", "easy", "always_nothing", set()),
-    ("09_power", "by_effect", "always_nothing", set()),
-    ("10_leave_one_out", "entries", "always_nothing", set()),
-    ("20_unseen_faults", "by_fault", "always_nothing", set()),
+    pytest.param("09_power", "by_effect", "always_nothing", set(), marks=pytest.mark.slow),
+    pytest.param("10_leave_one_out", "entries", "always_nothing", set(), marks=pytest.mark.slow),
+    pytest.param("20_unseen_faults", "by_fault", "always_nothing", set(), marks=pytest.mark.slow),
     pytest.param(
         "19_decision_constants", "adopted", "nothing_with_ballot", {"calibration.json"},
         marks=pytest.mark.slow,

@@ -49,7 +49,8 @@ def noise(seed: int = 0, walk: float = 0.0) -> list[FloatArray]:
     return [white(SAMPLES, SIGMA, 1000 + 2 * seed + record) + w for record, w in enumerate(steps)]
 
 
-@pytest.mark.parametrize("walk", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("walk", [0.0, 0.3])
 def test_noise_and_a_random_walk_surprise_no_block(walk: float) -> None:
     """The surprise of a block with one function is exponential, with and without a walk."""
     found_fit = with_residuals(noise())
@@ -105,7 +106,7 @@ def test_a_constant_command_is_told_from_a_torque(seed: int) -> None:
     assert max(found, key=lambda block: found[block]) == "input", found
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("corner", "torque_sd"), [(0.05, 4.0), (0.2, 3.0), (0.6, 3.0)])
 def test_a_torque_that_wanders_is_a_disturbance(corner: float, torque_sd: float, seed: int) -> None:
     """Though a walk of the reading takes most of what a free torque would."""

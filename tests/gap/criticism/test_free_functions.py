@@ -40,6 +40,7 @@ def found(fit: Fit) -> dict[str, FreeFunction]:
     return {function.block: function for function in functions}
 
 
+@pytest.mark.slow
 def test_white_noise_gives_chi_squared() -> None:
     """Twice the gain of 60 noise draws, every block."""
     fit = with_residuals(noise(0))

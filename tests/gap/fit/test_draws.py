@@ -47,6 +47,7 @@ def test_same_seed_same_draws(explanation: Explanation) -> None:
     assert not np.array_equal(one, other)
 
 
+@pytest.mark.slow
 def test_draws_do_not_depend_on_how_many_threads_share_them(explanation: Explanation) -> None:
     """Not even where there are more threads than points."""
     one, many = (

@@ -78,7 +78,7 @@ SPREAD = 0.03
     ("slow", "both", "alone"),
     [
         (walking(), beside(random_walk, SecondJitter.of), random_walk),
-        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondJitter.of), wind),
+        pytest.param(seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondJitter.of), wind, marks=pytest.mark.slow),
     ],
     ids=["walk", "wind"],
 )
@@ -117,6 +117,7 @@ def test_departures_from_neighbours_tell_the_spread() -> None:
     assert spread_with_speed(walking(), speeds) == 0
 
 
+@pytest.mark.slow
 def test_the_search_finds_both() -> None:
     start = explained(untimely(walking(), SPREAD))
     labels = frozenset({"timing_jitter", "wind", "sensor_drift"})

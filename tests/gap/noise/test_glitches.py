@@ -104,7 +104,9 @@ def spoilt(residuals: list[FloatArray]) -> list[FloatArray]:
     ("slow", "both", "alone"),
     [
         (walking(0.1 * SIGMA, 0.3), beside(random_walk, SecondGlitches.of), random_walk),
-        (seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondGlitches.of), wind),
+        pytest.param(
+            seen(gusts(0.2, 0.8, 3.0)), beside(wind, SecondGlitches.of), wind, marks=pytest.mark.slow
+        ),
     ],
     ids=["walk", "wind"],
 )

@@ -45,6 +45,7 @@ def under_wind(
     return with_stochastic(noise, at)
 
 
+@pytest.mark.slow
 def test_a_second_effect_shows_beside_chaos() -> None:
     """Its label; its size as near as its starts lie together, since chaos hides what small changes do."""
     both = hypothesis(AXIS, INPUTS, DynamicBacklash(), RateLimit())

@@ -178,6 +178,7 @@ def test_the_gap_is_measured(gap: tuple[list[FloatArray], list[Fit]], alone: Exp
         assert y - s == pytest.approx(e)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect, values",
     [
@@ -206,6 +207,7 @@ def test_nor_where_a_torque_drives_the_gear() -> None:
     assert search.found([own], [rival]) == []
 
 
+@pytest.mark.slow
 def test_a_second_effect_is_found_beside_the_gap() -> None:
     both = hypothesis(AXIS, INPUTS, DynamicBacklash(), RateLimit())
     measured = noisy(both.simulate(np.concatenate([NOMINAL, (HALF_GAP, RATE_LIMIT)])))

@@ -26,7 +26,10 @@ EFFECTS = (TransportDelay(), LoadRipple(), EncoderEccentricity())
 
 @pytest.mark.parametrize(
     "effect, truth",
-    [(LoadRipple(), (1.5, 0.75, 0.06)), (EncoderEccentricity(), (0.008, 0.004, 0.045))],
+    [
+        pytest.param(LoadRipple(), (1.5, 0.75, 0.06), marks=pytest.mark.slow),
+        (EncoderEccentricity(), (0.008, 0.004, 0.045)),
+    ],
     ids=["ripple that a plain fit misses", "eccentricity"],
 )
 def test_the_effect_of_a_short_period_comes_first(effect: PeriodicEffect, truth: tuple[float, ...]) -> None:

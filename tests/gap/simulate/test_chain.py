@@ -189,7 +189,11 @@ def hung_alone(on_structure: bool) -> FloatArray:
     return slow_w(U, RATE, AXIS.linear.delay_samples, *LIMITS, setting)
 
 
-@pytest.mark.parametrize("mode", [UnmodelledMode(), ModeOnStructure()], ids=lambda mode: mode.name)
+@pytest.mark.parametrize(
+    "mode",
+    [UnmodelledMode(), pytest.param(ModeOnStructure(), marks=pytest.mark.slow)],
+    ids=lambda mode: mode.name,
+)
 @pytest.mark.parametrize(
     ("effect", "values", "torques", "tolerance"),
     [

@@ -122,6 +122,7 @@ def test_dry_friction_holds_a_slow_axis() -> None:
     assert abs(held[20]) < 0.3 * abs(free[20])
 
 
+@pytest.mark.slow
 def test_case_states_the_gap_that_a_refit_leaves_and_repeats() -> None:
     case, again = (make_case(5, 1, KIND, ["backlash"]) for _ in range(2))
     (gap,) = case.truth["gap_over_sigma"]  # type: ignore[misc]

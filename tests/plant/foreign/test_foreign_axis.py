@@ -37,6 +37,7 @@ def test_without_a_fault_it_is_the_stated_system(seed: int) -> None:
     assert np.max(np.abs(y - expected)) < 1e-8 * np.ptp(expected)
 
 
+@pytest.mark.slow
 def test_shapes_differ() -> None:
     """Direct drives, one and two compliances, loops with and without integral, encoder at motor and load."""
     axes = [drawn(seed)[0].train for seed in range(30)]
@@ -94,6 +95,7 @@ def test_imbalance_is_trimmed_where_the_record_begins() -> None:
     assert np.max(np.abs(run.angles())) < 1e-9
 
 
+@pytest.mark.slow
 def test_case_states_the_gap_that_a_refit_leaves_and_repeats() -> None:
     case, again = (make_case(5, 1, KIND, ["friction"]) for _ in range(2))
     (gap,) = case.truth["gap_over_sigma"]  # type: ignore[misc]

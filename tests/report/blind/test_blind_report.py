@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from blind_check.check import joined
 from blind_check.leave_out import LeftOut
 from blind_check.power import SmallestGap
@@ -65,6 +66,7 @@ def test_blind_report_names_what_was_wrong() -> None:
     assert "Confusion matrix" in to_html(report)
 
 
+@pytest.mark.slow
 def test_of_right_answers_to_an_open_truth_no_empty_table_is_shown() -> None:
     truth = CaseTruth("case_0000", ("wind",), ("wind",), (1.5,), {}, 0.0, np.zeros(2))
     verdict = CaseVerdict(("wind",), {"wind": 0.97}, before=np.ones(2), after=np.ones(2) / 2, closed=0.7)

@@ -7,6 +7,7 @@ from html import unescape
 
 import numpy as np
 import pytest
+from short_tuning import tune_shortly
 from spread_axis import spread_posterior
 from strokes import draw_strokes
 
@@ -24,6 +25,8 @@ from bayes_hw.report.page.document import Figure, Paragraph, Report, Table
 from bayes_hw.report.page.render import to_html, to_pdf
 from bayes_hw.report.page.typography import visible
 
+pytestmark = pytest.mark.slow
+
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ \\ @a \x1b[31m\u202e'
 
 
@@ -37,7 +40,9 @@ def found(small_axis: HammersteinWiener) -> Design:
     draws = AxisDraws.of_posterior(posterior, posterior.draws(100, np.random.default_rng(1)))
     edge = 10 ** (float(np.median(loop_margins(Loop(draws, calm)).gain_margin_db)) / 20)
     hot = Controller("hot", 20.0, edge, 0.2 * edge, low_pass_hz=3.0)
-    return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)
+    with pytest.MonkeyPatch.context() as patch:
+        tune_shortly(patch)
+        return design(posterior, [calm, hot], np.random.default_rng(1), settings=settings)
 
 
 @pytest.fixture(scope="module")

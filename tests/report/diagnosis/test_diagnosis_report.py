@@ -70,6 +70,7 @@ def _tables(report: Report, section: str) -> list[Table]:
     return [block for block in blocks if isinstance(block, Table)]
 
 
+@pytest.mark.slow
 def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) -> None:
     assert diagnosis.verdict.answer == ("command_bias",)
     assert report.verdict.startswith(diagnosis.sentence().replace("+-", "±"))
@@ -85,6 +86,7 @@ def test_the_verdict_comes_first_in_words(report: Report, diagnosis: Diagnosis) 
     assert len(report.badges) <= 4
 
 
+@pytest.mark.slow
 def test_it_says_what_the_effect_looks_like_and_what_to_do(report: Report) -> None:
     blocks = next(s.blocks for s in report.sections if s.title == "What is it, and what to do?")
     said = [item for block in blocks if isinstance(block, Bullets) for item in block.items]
@@ -92,6 +94,7 @@ def test_it_says_what_the_effect_looks_like_and_what_to_do(report: Report) -> No
     assert f"What it looks like: {described.looks}" in said and f"What to do: {described.remedy}" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("regime", "said"), [
     ("all", "it is no larger in any state of motion"), ("slow", "it is largest in the samples “slow”"),
 ])  # fmt: skip
@@ -102,6 +105,7 @@ def test_the_regime_is_named_where_one_stands_out(diagnosis: Diagnosis, regime: 
     assert isinstance(first, Paragraph) and said in first.text
 
 
+@pytest.mark.slow
 def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, diagnosis: Diagnosis) -> None:
     rows = _tables(report, "What else was weighed?")[0].rows
     assert [row[0] for row in rows if row[0].startswith("▸")] == ["▸ command_bias"]
@@ -117,6 +121,7 @@ def test_the_ranking_marks_the_answer_and_holds_every_set_tried(report: Report, 
     assert gains == sorted(gains, reverse=True)
 
 
+@pytest.mark.slow
 def test_base_parameters_stand_before_and_after(report: Report, diagnosis: Diagnosis) -> None:
     """The bias had been taken up by the limits, which it pushes by many of their standard deviations."""
     table = _tables(report, "How sure are the numbers?")[-1]
@@ -134,6 +139,7 @@ def test_base_parameters_stand_before_and_after(report: Report, diagnosis: Diagn
     assert abs(lower.pushed) > 2
 
 
+@pytest.mark.slow
 def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis) -> None:
     blocks = next(s.blocks for s in report.sections if s.title == "Does it predict what it has not seen?")
     shown = next(block for block in blocks if isinstance(block, ZoomableRecord))
@@ -141,6 +147,7 @@ def test_the_record_held_out_can_be_zoomed(report: Report, diagnosis: Diagnosis)
     assert np.array_equal(shown.y, diagnosis.case.holdout[0].y)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_rivals_are_on_the_card_each_once(diagnosis: Diagnosis) -> None:
     pairs = [("command_bias", "gain_drift"), ("command_bias", "wind")]
@@ -156,6 +163,7 @@ def test_no_share_is_all_of_it() -> None:
     assert share_interval(0.126, 0.99999).replace("\u00a0", " ") == "12.6 % to 99.9 %"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None:
     """The same fits under the two verdicts that add no effect."""
@@ -172,6 +180,7 @@ def test_other_and_none_say_that_nothing_was_added(diagnosis: Diagnosis) -> None
         assert "pushed (sd)" not in _tables(shown, "How sure are the numbers?")[-1].header
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_where_motion_was_followed_the_spectrum_after_is_said_to_be_another(diagnosis: Diagnosis) -> None:
     explanation = diagnosis.decision.explanation
@@ -187,6 +196,7 @@ def test_where_motion_was_followed_the_spectrum_after_is_said_to_be_another(diag
         assert ("After, each sample is predicted from those before it" in titles) is said
 
 
+@pytest.mark.slow
 def test_names_are_text_in_both_forms(report: Report, tmp_path: Path) -> None:
     """The page holds the hostile name as it reads, as no tag; Typst sets it without a fault."""
     written = render(report, tmp_path)
@@ -198,6 +208,7 @@ def test_names_are_text_in_both_forms(report: Report, tmp_path: Path) -> None:
     assert written.pdf.read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.slow
 def test_a_map_of_noise_alone_stays_near_the_floor_and_a_tone_stands_out(diagnosis: Diagnosis) -> None:
     explanation = diagnosis.decision.explanation
     noise = residual_map(explanation.fit.residuals[0], explanation)
@@ -208,6 +219,7 @@ def test_a_map_of_noise_alone_stays_near_the_floor_and_a_tone_stands_out(diagnos
     assert loudest == pytest.approx(3.0, abs=0.4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_page_in_a_browser(report: Report, browser: Browser, tmp_path: Path, dark: bool) -> None:
     page = render(report, tmp_path).html

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
+
 from bayes_hw.report.diagnosis.figures_diagnosis import label_probabilities
 from bayes_hw.report.page.document import Figure
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_a_probability_short_of_one_is_not_a_hundred_per_cent(
     labels_of: Callable[[Callable[[], Figure]], list[str]],
 ) -> None:

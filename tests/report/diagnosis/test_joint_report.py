@@ -54,6 +54,7 @@ def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis)
     assert len(page.badges) == 4 and page.badges[0].state == "good"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sure", [0.995, 0.6])
 @pytest.mark.usefixtures("undrawn")
 def test_the_card_and_the_sentence_state_one_probability(
@@ -75,6 +76,7 @@ def test_numbers_beside_an_unknown_cause_are_marked_and_folded(diagnosis: JointD
     assert "does not hold" in repr(numbers.blocks[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_page_in_a_browser(friction: Report, browser: Browser, tmp_path: Path, dark: bool) -> None:
     written = render(friction, tmp_path)

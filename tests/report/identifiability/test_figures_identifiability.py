@@ -51,6 +51,7 @@ def test_ridge_names_axes_and_what_is_known(rng, labels_of):
     assert {"c₁", "s₊ (deg/s)", "known: s₊ / c₁", "orbit: same output everywhere"} <= set(labels)
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_contraction_marks_pooled_priors_for_raw_parameters_only(labels_of):
     rows = [ContractionRow("c₁", 0.73, 0.75), ContractionRow("c₃ / c₂", 0.9999, None)]
     assert {"c₁", "c₃ / c₂"} <= set(labels_of(lambda: contraction_bars(rows)))
@@ -58,6 +59,7 @@ def test_contraction_marks_pooled_priors_for_raw_parameters_only(labels_of):
     assert raw != kept
 
 
+@pytest.mark.slow
 def test_flat_directions_have_their_own_colour_in_a_spectrum():
     quiet = spectra([SpectrumPanel("paper", np.array([1e4, 20.0]), 0)])
     loud = spectra([SpectrumPanel("all free", np.array([1e4, 0.0]), 1)])
@@ -79,6 +81,7 @@ def panel():
     return ProfilePanel("gain", "", values, level, paths, ("δ", "f₁"), np.zeros(9), 1.0, "")
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_open_profiles_are_coloured(panel, labels_of):
     opened = replace(panel, open_sides="open", label="upper saturation limit", unit="deg/s")
     assert profiles([opened], 1.92).svg.lower().count(VERMILLION.lower()) > profiles(
@@ -93,6 +96,7 @@ def test_paths_name_every_other_parameter(panel, labels_of):
     assert {"δ", "f₁"} <= set(labels_of(lambda: nuisance_paths([panel])))
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_command_is_drawn_with_its_limits(labels_of):
     t = np.arange(100) / 20
     u = np.sin(t)

@@ -123,7 +123,10 @@ def test_a_page_may_end_in_the_blank_stripes_between_rows():
             assert not box.y0 < height < box.y1
 
 
-@pytest.mark.parametrize(("together", "expected"), [(0, 0), (2, 1), (4, 0)])
+@pytest.mark.parametrize(
+    ("together", "expected"),
+    [pytest.param(0, 0, marks=pytest.mark.slow), (2, 1), pytest.param(4, 0, marks=pytest.mark.slow)],
+)
 @pytest.mark.usefixtures("wide_only")
 def test_rows_that_belong_together_stay_so(together, expected):
     assert len(grid_of_panels(4, together)[1].breaks) == expected

@@ -52,11 +52,12 @@ def test_a_drawing_that_is_narrow_enough_is_drawn_once() -> None:
     assert _drawn(1, width=NARROW_INCHES).narrow_svg is None
 
 
+@pytest.mark.slow
 def test_panels_that_were_placed_by_hand_keep_their_places() -> None:
     """A triangle of pairs stood one below the other, fifty inches high."""
     with drawing_settings():
         canvas = new_canvas(6.0, 6.0, automatic_layout=False)
-        for axes in canvas.subplots(8, 8).ravel():
+        for axes in canvas.subplots(4, 4).ravel():
             axes.plot([0, 1], [2, 3])
         assert finished(canvas, "caption", "alt").narrow_svg is None
 

@@ -3,6 +3,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -35,6 +36,7 @@ def test_hostile_titles_reach_bookmarks_and_metadata_unchanged(report_of):
     assert f"/Title(1 {literal})/Dest".encode() in pdf
 
 
+@pytest.mark.slow
 def test_same_report_gives_same_bytes_in_another_process(report_of, tmp_path):
     pdf = to_pdf(report_of("text"))
     assert pdf.startswith(b"%PDF-")

@@ -18,6 +18,7 @@ def page(rate: float) -> Report:
     return plan_report(found, LIMITS, provenance("bayes-hw plan", 1, [], 1.0))
 
 
+@pytest.mark.slow
 def test_parts_stand_in_the_order_in_which_they_are_played() -> None:
     report = page(20.0)
     (table,) = report.sections[0].blocks

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from bayes_hw.report.posterior.figures_identification import (
     ResidualDiagnostics,
@@ -11,6 +12,7 @@ from bayes_hw.report.posterior.figures_identification import (
 )
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_steps_show_cost_fit_and_baseline(labels_of):
     costs, fits = np.array([3e-3, 2e-4]), np.array([86.2, 94.6])
     labels = labels_of(lambda: step_results(["linear", "all"], costs, fits, "deg", 86.2))
@@ -23,6 +25,7 @@ def test_a_negative_fit_is_drawn():
     assert figure.svg.startswith("<?xml")
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_static_blocks_label_both_axes_of_each_block(labels_of):
     u = np.linspace(-1, 1, 50_001)
     block = StaticBlock("saturation f", u, np.clip(u, -0.3, 0.4), u, u, "u ($deg/s)", "v (deg/s)")
@@ -42,6 +45,8 @@ def test_frequency_response_has_magnitude_and_phase_with_units(labels_of):
     assert {"linear baseline", "94 % credible band", "0.1", "1", "10"} <= set(labels)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("wide_only")
 def test_residual_tests_label_all_four_panels(labels_of):
     rng = np.random.default_rng(0)
     t = np.arange(2000) / 20

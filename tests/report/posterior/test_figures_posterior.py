@@ -37,6 +37,7 @@ def marginals(draws):
     ]
 
 
+@pytest.mark.usefixtures("wide_only")
 def test_marginals_name_parameter_unit_and_kind_of_interval(draws, labels_of):
     labels = labels_of(lambda: priors_and_posteriors(marginals(draws)))
     assert {"lower saturation limit", "(deg/s)", "gain of G", "frequency of mode 1 (Hz)"} <= set(labels)
@@ -49,6 +50,7 @@ def test_constant_draws_are_drawn(draws):
     assert priors_and_posteriors(marginals(draws)).svg.startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_corner_states_its_probabilities_and_explains_its_symbols(draws, labels_of):
     hdi = np.quantile(draws, [0.03, 0.97], axis=0).T
     figure = corner_plot(draws, NAMES, UNITS, hdi, draws.mean(axis=0))
@@ -64,6 +66,7 @@ def test_corner_refuses_more_parameters_than_stay_legible():
         corner_plot(np.zeros((10, 9)), NAMES, UNITS, np.zeros((9, 2)))
 
 
+@pytest.mark.slow
 def test_traces_show_every_ensemble(draws, labels_of):
     chains = draws.reshape(4, 50, 4, 4)
     labels = labels_of(lambda: traces(chains, NAMES, UNITS))

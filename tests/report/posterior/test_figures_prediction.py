@@ -31,6 +31,7 @@ def test_prediction_states_level_units_and_both_bands(record, labels_of):
     assert "100 to 110 s, shaded above" in labels
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("wide_only")
 def test_long_record_makes_a_small_picture_the_same_each_time(record):
     first = predicted_record(record, (100.0, 110.0))
@@ -39,6 +40,7 @@ def test_long_record_makes_a_small_picture_the_same_each_time(record):
     assert "“<b>$hold”" in first.caption
 
 
+@pytest.mark.slow
 def test_overview_is_not_flattened_by_wide_bands(record, labels_of):
     """Bands a thousand times as wide as the record leave its scale readable."""
     wide = replace(record, noise_lower=record.mean - 1000, noise_upper=record.mean + 1000)

@@ -25,6 +25,8 @@ from bayes_hw.report.page.render import render
 from bayes_hw.report.page.typography import visible
 from bayes_hw.report.posterior.posterior_report import posterior_report
 
+pytestmark = pytest.mark.slow
+
 HOSTILE = '<script>alert(1)</script> #eval("1") $x$ *b* {{ 7*7 }} \\ @a \x1b[31m\u202e'
 """Markup of HTML, Typst and Jinja, a terminal's escape and a change of direction."""
 

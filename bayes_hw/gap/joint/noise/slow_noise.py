@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -132,8 +133,8 @@ class SlowNoise:
             def minus(x: FloatArray) -> float:
                 return -likelihood(self._whitener(begun.power, begun.chosen, x, most))
 
-            options = {"maxiter": iterations, "fatol": 0.03, "initial_simplex": _simplex(begun.at)}
-            found = minimize(minus, tuple(begun.at), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+            options: Any = {"maxiter": iterations, "fatol": 0.03, "initial_simplex": _simplex(begun.at)}
+            found = minimize(minus, tuple(begun.at), method="Nelder-Mead", options=options)
             ended = self._whitener(begun.power, begun.chosen, np.asarray(found.x, dtype=np.float64))
             if most == self._longest:
                 return ended
@@ -163,8 +164,8 @@ class SlowNoise:
         def minus(x: FloatArray) -> float:
             return seen.minus(self._spectrum(x, power, resonance, seen.frequency, seen.differenced))
 
-        options = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1, "initial_simplex": _simplex(start)}
-        found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+        options: Any = {"maxiter": WHITTLE_ITERATIONS, "fatol": 0.1, "initial_simplex": _simplex(start)}
+        found = minimize(minus, tuple(start), method="Nelder-Mead", options=options)
         return np.asarray(found.x, dtype=np.float64)
 
     def spectra(self, whitener: SlowWhitener, points: int) -> tuple[FloatArray, FloatArray]:

@@ -422,11 +422,12 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 for b in range(blocks):
                     store(of_states, b * states + at_before, load(of_w, b))
             add_sources(fed_states, fed_rows, fed, signs, carried, units, False)
-            drives = False
+            driven = 0
             for c in moving:
-                drives = drives or d_v[c] != 0.0
+                if d_v[c] != 0.0:
+                    driven += 1
             advance_tangents(
-                real, sections, direct, enters, looks, laws, of_states, fed_states, of_taus, of_v, drives,
+                real, sections, direct, enters, looks, laws, of_states, fed_states, of_taus, of_v, driven > 0,
                 of_w, of_signals, at_direct,
             )  # fmt: skip
         for i in range(states):

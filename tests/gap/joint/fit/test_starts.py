@@ -91,6 +91,7 @@ def test_draws_of_the_state_are_as_wide_as_it_is_uncertain() -> None:
     assert 0.3 < rms(np.array(found)) < 2.0
 
 
+@pytest.mark.slow
 def test_a_diagnosis_scores_what_follows_the_beginning_and_says_so() -> None:
     train, whole = measured((), 1100, (1, 2))
     record = cut(whole, 500)

@@ -72,6 +72,7 @@ def slid(seeds: tuple[int, ...]) -> list[Record]:
     return found
 
 
+@pytest.mark.slow
 def test_a_disc_that_slides_is_told_from_a_function_of_position() -> None:
     base = best_base(slid((1, 2)), model())
     shaped = free_shape(base)
@@ -86,6 +87,7 @@ def test_nothing_is_worth_no_shape(quiet: GivenFit) -> None:
     assert free_shape(quiet).score < quiet.score - 20
 
 
+@pytest.mark.slow
 def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside an explanation that is worth less, it is the answer, with what else was tried."""
     base = toothed
@@ -101,6 +103,7 @@ def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch)
     assert said.answer == ("other",)
 
 
+@pytest.mark.slow
 def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
     """Whatever else is said in place of it is worth less than nothing, by what it costs."""
     uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
@@ -114,6 +117,7 @@ def test_gains_that_differ_keep_their_name_beside_any_shape() -> None:
     assert instead_of(fit, base, {"wind": own}, {}, {}) == {}  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_where_nothing_was_found_a_function_of_position_still_is(toothed: GivenFit, quiet: GivenFit) -> None:
     ends = instead_of(toothed, toothed, {}, {}, {})
     assert set(ends) == {"other"}

@@ -29,6 +29,7 @@ def test_both_errors_of_the_reading_over_position_are_found_beside_each_other() 
     assert 2 * np.pi / of_disc.values[-1] == pytest.approx(period, rel=0.02)
 
 
+@pytest.mark.slow
 def test_what_only_all_samples_show_is_found_beside_what_others_did() -> None:
     """A drift of the sensor beside an eccentricity; an explanation that leaves white noise stays as it is."""
     wavenumber = 8 * np.pi / float(np.ptp(measured((), SAMPLES, (1,))[0].y))

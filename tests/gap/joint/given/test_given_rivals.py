@@ -18,6 +18,7 @@ from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.identify.growth.levels import WHITE
 
 
+@pytest.mark.slow
 def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sample(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

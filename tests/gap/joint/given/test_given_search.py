@@ -170,6 +170,7 @@ def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     np.testing.assert_allclose(run.y, found.after, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_more_delay_is_a_gap_of_a_given_model() -> None:
     records = measured((), FEW, (1, 2))
     late = [replace(r, y=np.concatenate([[0.0, 0.0], r.y[:-2]])) for r in records]
@@ -269,6 +270,7 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(
     assert asked == [False]
 
 
+@pytest.mark.slow
 def test_beside_a_first_label_that_is_too_small_to_be_verified_none_is_sought(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -307,6 +309,7 @@ def test_what_is_slow_is_not_left_to_the_noise() -> None:
     assert explained_slowly(base) is base
 
 
+@pytest.mark.slow
 def test_a_slow_effect_is_begun_under_white_noise() -> None:
     offset = Effect(form("command_bias"), np.array([0.01]))
     base = best_base(measured((offset,), GIVEN_SAMPLES, (1, 2)), model())

@@ -66,6 +66,7 @@ def test_a_search_without_time_answers_with_what_it_has_and_says_so() -> None:
     assert "no time left" in " ".join(notes_on_search(found, decision))
 
 
+@pytest.mark.slow
 def test_a_slow_cause_is_held_against_an_effect_clear_of_the_zone(monkeypatch: pytest.MonkeyPatch) -> None:
     """The base clear of the zone, where the cause explains more there; an effect that explains all stays."""
     plain = measured((), GIVEN_SAMPLES, (1, 2))

@@ -41,6 +41,7 @@ def test_a_pair_that_the_records_do_not_see_stays_a_pair_in_every_draw() -> None
     assert np.mean(a1 * a1 / 4 < a2) > 0.99
 
 
+@pytest.mark.slow
 def test_a_mode_is_reported_where_the_records_tell_its_weights_from_none() -> None:
     """A light mode beside the axis' own, of next to no weight and of eight deviations, in a fit that is
     doubted; in one that is not, growth has asked for as much."""

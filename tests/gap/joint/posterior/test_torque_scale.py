@@ -153,7 +153,14 @@ def test_of_an_elastic_axis_it_is_that_of_the_load() -> None:
     assert 0.05 < np.log(drawn).std() < 0.15
 
 
-@pytest.mark.parametrize(("bandwidth_hz", "least"), [(0.4, 0.2), (1.0, 0.15), (3.0, 0.07)])
+@pytest.mark.parametrize(
+    ("bandwidth_hz", "least"),
+    [
+        (0.4, 0.2),
+        pytest.param(1.0, 0.15, marks=pytest.mark.slow),
+        pytest.param(3.0, 0.07, marks=pytest.mark.slow),
+    ],
+)
 def test_a_loop_that_is_soft_beside_the_gear_widens_it(bandwidth_hz: float, least: float) -> None:
     """Motors of 0.4 to 2.5 loads: that of the load lies within what is said, over all of them."""
     rng, off, said = np.random.default_rng(4), [], []

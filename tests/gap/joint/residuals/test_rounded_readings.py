@@ -75,6 +75,7 @@ def test_an_offset_alone_is_no_rounding() -> None:
     assert not told.taken_off
 
 
+@pytest.mark.slow
 def test_rounding_has_no_slow_error_beside_it() -> None:
     records = rounded((1, 2, 3))
     rng = np.random.default_rng(1)

@@ -97,7 +97,9 @@ def test_what_lies_inside_tells_a_torque_from_an_angle_that_walks(of_axis: bool)
     assert (torque - walk > 30) if of_axis else (walk - torque > 30)
 
 
-@pytest.mark.parametrize("of_axis", [True, False], ids=["torque", "readings"])
+@pytest.mark.parametrize(
+    "of_axis", [True, pytest.param(False, marks=pytest.mark.slow)], ids=["torque", "readings"]
+)
 def test_the_likelier_cause_is_the_one_at_work(of_axis: bool) -> None:
     """Whichever the fit had; clear of the zone alone neither leads by as much as ten nats."""
     response, records = shifted(of_axis=of_axis)

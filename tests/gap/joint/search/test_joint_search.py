@@ -49,12 +49,14 @@ def at_the_truth(records: Sequence[Record]) -> JointFit:
     return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
 
 
+@pytest.mark.slow
 def test_nothing_is_found_where_nothing_is() -> None:
     found = search(measured((), SAMPLES, (1, 2)))
     assert found.fit.labels == ()
     assert found.readings.nats == {}
 
 
+@pytest.mark.slow
 def test_a_walk_is_a_cause_of_the_noise() -> None:
     """Found in the search, kept when it is verified, held against wind; what is left has no colour, and the
     base holds although the angle wanders by many deviations of the noise."""

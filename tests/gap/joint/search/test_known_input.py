@@ -111,6 +111,7 @@ def test_a_wind_is_found_as_a_torque_and_a_decoy_is_not() -> None:
     assert found["known:wind.gain"] == pytest.approx(expected["known:wind.gain"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_reading_that_follows_a_temperature_is_found_at_the_encoder() -> None:
     warm = Effect(forms_of("wind")[1], np.array([0.004, 0.0]))
     fit, found = with_known_inputs(base_of(records_with((warm,), (3, 4))))
@@ -119,6 +120,7 @@ def test_a_reading_that_follows_a_temperature_is_found_at_the_encoder() -> None:
     assert fit.values.effects[0].values[0] == pytest.approx(0.004, rel=0.1)
 
 
+@pytest.mark.slow
 def test_nothing_follows_what_does_not_act() -> None:
     """Two columns, four records each: none accepted."""
     for seeds in ((5, 6), (7, 8)):
@@ -126,6 +128,7 @@ def test_nothing_follows_what_does_not_act() -> None:
         assert not any(one.accepted for one in found)
 
 
+@pytest.mark.slow
 def test_diagnosis_says_that_the_gap_follows_the_column() -> None:
     """No effect of the catalogue is named, the block `known` holds probability, block, closure, gain and lag;
     corrected.json predicts with the column and is refused without it."""

@@ -59,6 +59,7 @@ def test_a_line_is_taken_out_of_all_samples() -> None:
     assert abs(found.fit.point.rms / SIGMA - 1) < 0.05
 
 
+@pytest.mark.slow
 def test_glitches_beyond_the_beginning_are_weighted_away(monkeypatch: pytest.MonkeyPatch) -> None:
     """And the answer, its notes and its numbers are of all samples."""
     monkeypatch.setattr(joint_diagnosis, "MOST_SAMPLES", SEEN)
