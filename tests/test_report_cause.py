@@ -50,7 +50,6 @@ def read(folder: Path, name: str) -> Any:
     return json.loads((folder / name).read_text())
 
 
-@pytest.mark.slow
 def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) -> None:
     """The verdict, bands of what was held out, numbers with the effect; the model that does not hold lies in
     a folder of that name, and no posterior of it is left."""
@@ -69,7 +68,6 @@ def test_the_cause_is_named_and_the_refuted_numbers_stand_apart(reported: Path) 
     assert inside > 0.8
 
 
-@pytest.mark.slow
 def test_the_page_begins_with_what_is_missing(reported: Path) -> None:
     page = (reported / "azimuth" / "report.html").read_text()
     first = page[page.index('class="verdict"') :][:600]

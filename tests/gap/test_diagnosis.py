@@ -183,7 +183,6 @@ def test_the_missing_force_is_written_for_other_alone(diagnosis: Diagnosis, tmp_
     assert not (tmp_path / "free_residual.csv").exists()
 
 
-@pytest.mark.slow
 def test_held_out_outputs_are_never_fitted(case: Case, diagnosis: Diagnosis) -> None:
     """Another output of the record held out: predictions and parameters stay, the score moves."""
     held = case.holdout[0]
