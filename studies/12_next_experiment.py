@@ -32,7 +32,7 @@ def main() -> None:
     data_rng, infer_rng, design_rng, check_rng = np.random.default_rng(study.seed).spawn(4)
     duration = QUICK_DURATION_S if study.quick else DURATION_S
     twin = twin_records(data_rng, amplitude=SMALL_AMPLITUDE, duration_s=duration)
-    settings = SamplerSettings(walkers=32, max_steps=75) if study.quick else SamplerSettings()
+    settings = SamplerSettings(walkers=48, max_steps=75) if study.quick else SamplerSettings()
     records = twin.train[:1]
     posterior = infer(
         twin.truth, records, infer_rng, settings=settings, jobs=study.jobs, progress=study.progress
