@@ -50,7 +50,7 @@ class Case:
     def straight(self) -> Laplace:
         """The Laplace approximation in straight coordinates."""
         mode = (self.start.coordinates, self.start.covariance)
-        return Laplace([mode], [self.target]).reparameterised(self.reparameterisation)
+        return Laplace([mode], [self.target]).carried(self.reparameterisation)
 
     def cloud(self, walkers: int, seed: int) -> FloatArray:
         """Points (walkers, parameters) about the mode, of 0.3 times the posterior's width."""
