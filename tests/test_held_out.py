@@ -31,6 +31,13 @@ def test_of_two_records_no_more_than_a_third_of_all() -> None:
     assert "the last 2 s of" in chosen.said
 
 
+def test_a_last_record_that_is_a_little_longer_is_held_out_whole() -> None:
+    first, second = measured((), 60, (1, 2))
+    (third,) = measured((), 66, (3,))
+    chosen = held_out_of([first, second, third], [])
+    assert chosen.train == (first, second) and chosen.holdout == (third,) and chosen.lead == 0
+
+
 @pytest.mark.compiles("cascades")
 def test_of_one_record_the_last_third_which_is_scored_alone() -> None:
     (record,) = measured((), 900, (1,))

@@ -28,8 +28,9 @@ from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
 
-HELD_OUT_SHARE = 1 / 3
-"""Of all samples, at most, where nobody said what to hold out."""
+HELD_OUT_SHARE, WHOLE_SHARE = 1 / 3, 0.4
+"""Of all samples, where nobody said what to hold out: of a record, and up to which one is held out whole, since
+a short beginning is no record to train on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +45,16 @@ class HeldOut:
 
 
 def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
-    """Where none is given the last record is held out, or of a long one its end: no more than a third of all
+    """Where none is given the last record is held out, or of a long one its end: about a third of all
     samples, since a structure chosen on few of them may be another one."""
     if holdout:
         return HeldOut(tuple(records), tuple(holdout), 0, "")
     *others, last = records
-    held = round(HELD_OUT_SHARE * sum(len(record) for record in records))
-    if len(last) <= held:
+    samples = sum(len(record) for record in records)
+    if others and len(last) <= WHOLE_SHARE * samples:
         said = f"no record was held out, so that the last, {last.name}, was: it scores and is not fitted"
         return HeldOut(tuple(others), (last,), 0, said)
-    beginning, rest = last.split(1 - held / len(last))
+    beginning, rest = last.split(1 - HELD_OUT_SHARE * samples / len(last))
     said = (
         f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of "
         "all samples: they score and are not fitted"
