@@ -20,8 +20,8 @@ from bayes_hw.model.linear import LinearBlock, Mode
 from bayes_hw.record import Record
 from bayes_hw.threads import one_blas_thread
 
+# Collecting tests makes next to no garbage; `pytest_collection_finish` switches the search for it on again.
 gc.disable()
-"""While the tests are collected, which makes next to no garbage."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -242,7 +242,7 @@ def test_quiet_keeps_the_answer_and_otherwise_progress_is_plain_lines(
     assert progress == "" and "noise.partial" not in answer and "next: " not in answer
     *_, noise, caveat = answer.splitlines()
     assert noise.split()[0] == "noise.sigma" and "would have been taken for dead zone" in caveat
-    assert main([*sample_arguments(folder, tmp_path), *SHORT]) == 0
+    assert main(arguments) == 0
     printed = capsys.readouterr()
     assert "sampling ..." in printed.err.splitlines()
     assert "\r" not in printed.err and "\x1b" not in printed.err

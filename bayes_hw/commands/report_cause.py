@@ -29,8 +29,8 @@ from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
 
 HELD_OUT_SHARE, WHOLE_SHARE = 1 / 3, 0.4
-"""Of all samples, where nobody said what to hold out: of a record, and up to which one is held out whole, since
-a short beginning is no record to train on."""
+"""Of all samples, where nobody said what to hold out: of a record's end, and up to which a record is held out
+whole, since a short beginning is no record to train on."""
 
 
 @dataclass(frozen=True, eq=False)

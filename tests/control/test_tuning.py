@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from short_tuning import tune_shortly
 
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
@@ -64,11 +63,8 @@ def test_the_template_lends_all_but_the_gains(tuning: Tuning) -> None:
 
 
 @pytest.mark.slow
-def test_what_cannot_be_had_is_said(
-    nominal: AxisDraws, axis: AxisDraws, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_cannot_be_had_is_said(nominal: AxisDraws, axis: AxisDraws) -> None:
     """No gain keeps a phase margin of 95 degrees around a type-2 loop with delay."""
-    tune_shortly(monkeypatch)
     few = axis.take(np.arange(5))
     found = tune("PI", TEMPLATE, nominal, few, few, Requirements(6.0, 95.0), 0.9)
     assert not found.robust.feasible
@@ -76,8 +72,7 @@ def test_what_cannot_be_had_is_said(
 
 
 @pytest.mark.slow
-def test_pid_has_a_derivative(nominal: AxisDraws, axis: AxisDraws, monkeypatch: pytest.MonkeyPatch) -> None:
-    tune_shortly(monkeypatch)
+def test_pid_has_a_derivative(nominal: AxisDraws, axis: AxisDraws) -> None:
     few = axis.take(np.arange(3))
     found = tune("PID", TEMPLATE, nominal, few, few, ASKED, 0.8)
     assert found.robust.controller.kind == "PID"

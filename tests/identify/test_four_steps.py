@@ -37,7 +37,17 @@ def noisy() -> Identification:
     return identified(records_of(0.3, SIGMA))
 
 
-def test_without_noise_the_axis_is_recovered(small_axis: HammersteinWiener) -> None:
+@pytest.mark.slow
+def test_without_noise_the_axis_is_recovered() -> None:
+    model = identified(records_of(0.3, 0.0, count=1)).model
+    assert model.saturation.lower == pytest.approx(-0.3, rel=1e-6)
+    assert model.saturation.upper == pytest.approx(0.42, rel=1e-6)
+    assert model.dead_zone.half_width == pytest.approx(0.05, rel=1e-6)
+    assert [mode.frequency_hz for mode in model.dominant_modes] == pytest.approx([1.8, 3.7], rel=1e-6)
+    assert [mode.damping_ratio for mode in model.dominant_modes] == pytest.approx([0.05, 0.03], rel=1e-5)
+
+
+def test_without_noise_an_axis_of_one_mode_is_recovered(small_axis: HammersteinWiener) -> None:
     rng = np.random.default_rng(3)
     model = identified(simulated_records(small_axis, commands(rng, 1, 0.7), rng), max_order=3).model
     assert model.saturation.lower == pytest.approx(-0.8, rel=1e-6)

@@ -72,7 +72,6 @@ def test_every_constant_has_its_row(report: Report) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("wide_only")
 def test_every_constant_has_its_panel_and_no_panel_is_empty(fit: CalibrationFit) -> None:
     assert profiles(fit).svg.count("<clipPath id=") == len(names_fitted())
 

@@ -152,15 +152,11 @@ def of_lattice(residuals: Sequence[FloatArray], step: float, noise: StateNoise) 
 def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
     """Interval likelihood of rounded data, the noise before rounding white, or of first order where that is
     likelier."""
-    measured = fit.measured
-    read, simulated = _as_simulated(fit)
-    step = lattice_step(read)
-    if step == 0:
+    found = _on_lattice(fit, nominal_sigma)
+    if found is None:
         return None
-    rounded = RoundedLikelihood.near(step, step, read)
-    white = _likeliest_white(rounded, simulated)
-    if not _above(step, float(np.exp(white[0])), nominal_sigma):
-        return None
+    rounded, simulated, white = found
+    measured, step = fit.measured, rounded.step
 
     def cost(noise: FloatArray) -> float:
         return -_total(rounded, simulated, noise)
@@ -195,19 +191,27 @@ def quantization(fit: Misfit, nominal_sigma: float) -> StochasticFit | None:
 
 def is_rounded(fit: Misfit, nominal_sigma: float) -> bool:
     """Whether the measured values lie on a lattice well above the noise."""
-    read, simulated = _as_simulated(fit)
+    return _on_lattice(fit, nominal_sigma) is not None
+
+
+def _on_lattice(
+    fit: Misfit, nominal_sigma: float
+) -> tuple[RoundedLikelihood, list[FloatArray], FloatArray] | None:
+    """The likelihood of what was read, what was simulated for it, (samples, 1) a record, and the logarithm
+    of the white noise that suits both best, (1,); None where no lattice is well above the noise."""
+    read = only_read(fit.measured, fit.unread)
     step = lattice_step(read)
     if step == 0:
-        return False
-    white = _likeliest_white(RoundedLikelihood.near(step, step, read), simulated)
-    return _above(step, float(np.exp(white[0])), nominal_sigma)
-
-
-def _as_simulated(fit: Misfit) -> tuple[list[FloatArray], list[FloatArray]]:
-    """What was read, (samples,) a record, and what was simulated for it, (samples, 1)."""
-    read = only_read(fit.measured, fit.unread)
+        return None
     errors = only_read(fit.residuals, fit.unread)
-    return read, [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
+    simulated = [(y - e)[:, None] for y, e in zip(read, errors, strict=True)]
+    rounded = RoundedLikelihood.near(step, step, read)
+    white = _likeliest_white(rounded, simulated)
+    sigma = float(np.exp(white[0]))
+    known = np.isfinite(nominal_sigma) and nominal_sigma > 0
+    if step < SMALLEST_STEP * (min(sigma, nominal_sigma) if known else sigma):
+        return None
+    return rounded, simulated, white
 
 
 def _total(rounded: RoundedLikelihood, simulated: Sequence[FloatArray], noise: FloatArray) -> float:
@@ -218,12 +222,6 @@ def _likeliest_white(rounded: RoundedLikelihood, simulated: Sequence[FloatArray]
     """The logarithm of white noise before the rounding, (1,), on a grid up to the step."""
     grid = np.log(rounded.step * np.geomspace(0.02, 1.0, 30))[:, None]
     return np.asarray(max(grid, key=lambda noise: _total(rounded, simulated, noise)))
-
-
-def _above(step: float, sigma: float, nominal_sigma: float) -> bool:
-    """Whether a step is told from noise of `sigma`, or of the nominal one where that is known and smaller."""
-    known = np.isfinite(nominal_sigma) and nominal_sigma > 0
-    return step >= SMALLEST_STEP * (min(sigma, nominal_sigma) if known else sigma)
 
 
 def lattice_step(measured: Sequence[FloatArray]) -> float:

@@ -34,9 +34,10 @@ class JointCalibration:
     command, is no chance, and it is not that cause. `others_share` is what causes without a name have of the
     doubt of a label that many nats speak for. A label that was not followed to the end but earns alone more
     than the share `near` of the answer's nats keeps the answer in doubt: one without a name with
-    `near_doubt`, one with a name, beside an answer without, with `named_share` of that answer's probability. `unnamed_base` is the share that the
-    axis without effects has of the draws of base parameters beside a law without a name. `beside_other` is
-    the most that any label has beside an answer that is `other` alone, `least` the least that is stated.
+    `near_doubt`, one with a name, beside an answer without, with `named_share` of that answer's probability.
+    `unnamed_base` is the share that the axis without effects has of the draws of base parameters beside a law
+    without a name. `beside_other` is the most that any label has beside an answer that is `other` alone,
+    `least` the least that is stated.
     """
 
     doubt: float

@@ -422,6 +422,7 @@ def respond_jointly(  # type: ignore[no-untyped-def]
                 for b in range(blocks):
                     store(of_states, b * states + at_before, load(of_w, b))
             add_sources(fed_states, fed_rows, fed, signs, carried, units, False)
+            # Counted, since `advance_tangents` would be compiled for a constant False apart.
             driven = 0
             for c in moving:
                 if d_v[c] != 0.0:

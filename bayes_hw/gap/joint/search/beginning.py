@@ -68,16 +68,16 @@ class Beginning:
         return cls(base, readings, known, tuple(one_more(base)), tone_in(base), unfinished)
 
     @property
-    def tone_leads(self) -> bool:
-        """Whether the motion of one frequency explains more than any label."""
-        return self.tone is not None and leads(self.tone, self.base, self.trials)
+    def leading_tone(self) -> Tone | None:
+        """The motion of one frequency where it explains more than any label."""
+        return self.tone if self.tone and leads(self.tone, self.base, self.trials) else None
 
     @property
     def is_of_slow_noise(self) -> bool:
         """Whether a cause of the noise leads every label by far, or no label explains more than a trace of
         what noise of high order holds."""
         ranked = sorted(self.trials, key=lambda t: -t.score)
-        if not ranked or self.tone_leads:
+        if not ranked or self.leading_tone:
             return False
         gains = [trial.score - self.base.score for trial in ranked[:2]]
         caused = bool(ranked[0].added) and gains[-1] < FOLLOWED_SHARE * gains[0] and gains[0] > 0

@@ -108,8 +108,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
 def _searched(begun: Beginning, whole: Sequence[Record], told: Callable[[str], None]) -> JointAnswer:
     """`search` of records, which are `whole` but for samples that are left out."""
     base, readings, trials, tone = begun.base, begun.readings, begun.trials, begun.tone
-    if tone is not None and begun.tone_leads:
-        found = _beside_tone(tone, base, highest([base, *trials]), readings, whole, told)
+    if line := begun.leading_tone:
+        found = _beside_tone(line, base, highest([base, *trials]), readings, whole, told)
     else:
         found = _explained(base, trials, readings, whole, told)
         if tone is not None and tone.without.score > max(base.score, found.fit.score) + VERIFIED_NATS:
@@ -215,8 +215,9 @@ def silent(message: str) -> None:
 
 
 def corrected(fit: JointFit, without: JointFit) -> JointFit:
-    """Where neither a port, form, pole nor finer steps helped a fit `without` them, and its noise is of high
-    order, its motion may be one that no simulation follows: corrected by the readings, if that is better."""
+    """Where neither a port, form, pole nor further label helped a fit `without` them, and its noise is of
+    high order, its motion may be one that no simulation follows: corrected by the readings, if that is
+    better."""
     if fit.noise_order <= 1 or fit.score >= without.score + STRUCTURAL_NATS:
         return fit
     return in_observer_form(fit)

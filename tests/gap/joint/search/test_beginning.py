@@ -50,5 +50,5 @@ def test_where_nothing_is_left_nothing_is_slow_noise() -> None:
 
 def test_a_line_that_leads_is_taken_out_first() -> None:
     line = Tone(1.0, 0.1, _fit(2000.0))
-    assert _begun(1000.0, _fit(2.0), tone=line).tone_leads
+    assert _begun(1000.0, _fit(2.0), tone=line).leading_tone is line
     assert not _begun(1000.0, _fit(2.0), tone=line).is_of_slow_noise
