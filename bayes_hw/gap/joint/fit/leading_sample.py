@@ -1,12 +1,15 @@
 """G's leading coefficient where it is not certain which sample of its impulse response is the first.
 
 A first sample that is small costs a search next to nothing to leave out, and then the second one, which may
-be many times larger, looks like the first. Explanations with one and two samples more, not yet descended,
-are averaged with the one at hand by their evidence: a sample more is a linear parameter, uniform between zero
-and the leading coefficient that was found.
+be many times larger, looks like the first; and a delay that is a little short begins with samples that are
+zero. Explanations with one and two samples more, not yet descended, and with one and two fewer are averaged
+with the one at hand by their evidence: a sample more is a linear parameter, uniform between zero and the
+leading coefficient behind it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from scipy import stats
@@ -18,7 +21,9 @@ from bayes_hw.identify.growth.descent import whitened_blocks
 from bayes_hw.identify.growth.score_test import outside_of_derivatives
 from bayes_hw.identify.holes import mask_of
 
-MOST_EARLIER = 2
+MOST = 2
+"""Samples more or fewer that may come before the first."""
+
 SINGULAR = 1e-9
 LARGEST_NATS = 14.0
 """Of evidence either way: beyond it nothing is left of an explanation among the draws."""
@@ -45,44 +50,62 @@ def earlier_samples(fit: JointFit, count: int) -> tuple[FloatArray, FloatArray]:
     return covariance @ (columns @ left), covariance * float(left @ left) / len(left)
 
 
-def second_sample(values: JointValues) -> float:
-    """Of the impulse response of G, the one behind the first that its weights are the sum of."""
+def first_samples(values: JointValues) -> FloatArray:
+    """The first samples (MOST + 1,) of the impulse response of G, which its weights are the sum of."""
     c = values.cascade
-    a1, _, b0, b1 = c.sections
-    return float(c.integrator_residue + np.sum(c.real[0] * c.real[1]) + np.sum(b1 + a1 * b0))
+    a1, a2, b0, b1 = c.sections
+    poles, weights = c.real
+    found, before, now = [], b0, b1 + a1 * b0
+    for k in range(MOST + 1):
+        found.append(float(c.integrator_residue + np.sum(weights * poles**k) + np.sum(before)))
+        before, now = now, a1 * now - a2 * before
+    return np.array(found)
 
 
 def leading_draws(
-    fit: JointFit, drawn: FloatArray, second: FloatArray, inflation: float, rng: np.random.Generator
+    fit: JointFit, samples: FloatArray, inflation: float, rng: np.random.Generator
 ) -> FloatArray:
-    """Draws (draws,) of the leading coefficient from those at the delay that was found, of the first and the
-    `second` sample."""
-    count = min(MOST_EARLIER, fit.structure.delay_samples)
-    first, variance = float(np.median(drawn)), float(np.var(drawn))
+    """Draws (draws,) of the leading coefficient from those (draws, n) of the first samples of the impulse
+    response at the delay that was found."""
+    drawn = samples[:, 0]
+    count = min(MOST, fit.structure.delay_samples)
+    first = float(np.median(drawn))
     if first == 0.0:
         return drawn
-    means, spreads, weights = [0.0], [0.0], [1.0]
-    later, none = drawn, 0.0
-    if variance > 0 and fit.structure.order:
-        # Of the second sample where the first is zero.
-        slope = float(np.mean((drawn - drawn.mean()) * (second - second.mean()))) / variance
-        later = second - slope * drawn
-        next_one = float(np.median(later))
-        if next_one != 0:
-            none = 1 / _evidence(float(drawn.mean()), float(np.sqrt(variance)), next_one)
+    choices, weights = [drawn], [1.0]
+    for later, weight in _where_first_is_zero(samples):
+        choices.append(later)
+        weights.append(weight)
+    weight = 1.0
     for j in range(1, count + 1):
-        mean, covariance = earlier_samples(fit, j)
-        if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):
+        means, covariance = earlier_samples(fit, j)
+        if not (np.isfinite(means).all() and np.isfinite(covariance).all()):
             break
-        means.append(float(mean[-1]))
-        spreads.append(inflation * float(np.sqrt(covariance[-1, -1])))
-        weights.append(weights[-1] * _evidence(means[-1], spreads[-1], first))
-    shares = np.array([*weights, none])
+        mean, sd = float(means[-1]), inflation * float(np.sqrt(covariance[-1, -1]))
+        weight *= _evidence(mean, sd, first)
+        choices.append(mean + sd * rng.standard_normal(len(drawn)))
+        weights.append(weight)
+    shares = np.array(weights)
     chosen = rng.choice(len(shares), len(drawn), p=shares / shares.sum())
-    means.append(0.0)
-    spreads.append(0.0)
-    other = np.array(means)[chosen] + np.array(spreads)[chosen] * rng.standard_normal(len(drawn))
-    return np.where(chosen == len(weights), later, np.where(chosen == 0, drawn, other))
+    return np.stack(choices)[chosen, np.arange(len(drawn))]
+
+
+def _where_first_is_zero(samples: FloatArray) -> Iterator[tuple[FloatArray, float]]:
+    """Of draws (draws, n) of the first samples: the second where the first is zero, the third where both are,
+    and so on, each with its evidence over the first."""
+    weight = 1.0
+    while samples.shape[1] > 1:
+        first, rest = samples[:, 0], samples[:, 1:]
+        variance = float(np.var(first))
+        if variance == 0:
+            return
+        slopes = (first - first.mean()) @ rest / (len(first) * variance)
+        samples = rest - np.outer(first, slopes)
+        next_one = float(np.median(samples[:, 0]))
+        if next_one == 0:
+            return
+        weight /= _evidence(float(first.mean()), float(np.sqrt(variance)), next_one)
+        yield samples[:, 0], weight
 
 
 def _evidence(mean: float, sd: float, first: float) -> float:

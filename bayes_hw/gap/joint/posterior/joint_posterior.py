@@ -10,7 +10,7 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.chaotic_motion import drawn_about
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.fit.leading_sample import leading_draws, second_sample
+from bayes_hw.gap.joint.fit.leading_sample import first_samples, leading_draws
 from bayes_hw.gap.joint.fit.unreached_limits import unreached_limits
 from bayes_hw.gap.joint.posterior.reported_quantities import (
     SAME_MODE,
@@ -108,13 +108,13 @@ def laplace(
     for values_at in every:
         for name, value in effect_quantities(fit, values_at).items():
             effects.setdefault(name, []).append(value)
-    base["gain"] = [linear_block_gain(fit, one) for one in every]
     if chaotic:
         effects = {name: values for name, values in effects.items() if np.ptp(values) > 0}
     effects |= torque_draws(fit, drawn, rng)
     base |= unreached_limits(fit, base, rng)
-    second = np.array([second_sample(one) for one in every])
-    base["gain"] = leading_draws(fit, np.array(base["gain"]), second, inflation, rng).tolist()
+    first = np.array([first_samples(one) for one in every])
+    first[:, 0] = [linear_block_gain(fit, one) for one in every]
+    base["gain"] = leading_draws(fit, first, inflation, rng).tolist()
     unit = {**base_units(base, units), **effect_units(fit, units)}
     return JointPosterior(
         fit,
