@@ -11,9 +11,9 @@ from scipy import signal
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.experiment import Experiment, moving_samples
-from bayes_hw.identify.growth.delay import at_delay
+from bayes_hw.identify.growth.delay import at_better_delay, at_longest_delay
 from bayes_hw.identify.growth.lowered import lowered
-from bayes_hw.identify.growth.search import Grown, likeliest
+from bayes_hw.identify.growth.search import Grown, pruned
 from bayes_hw.identify.growth.slow_poles import with_real_poles
 from bayes_hw.record import Record
 
@@ -81,7 +81,6 @@ RATE_OVER_HIGHEST = 4.0
 
 COHERENT = 0.3
 SEGMENT = 2048
-SCAN_STEPS = 6
 
 
 def search_factor(experiment: Experiment) -> int:
@@ -137,7 +136,7 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
 
     Each component keeps its step response, and strongly damped pairs are parted, on the beginnings of the
     records; the delay is sought again about `factor` times that found, on DELAY_SAMPLES, since few samples do
-    not tell it from a slow onset; then all samples are fitted.
+    not tell it from a slow onset, and poles that stood in for it go; then all samples are fitted.
     """
     if factor == 1 and found.point.samples == experiment.samples:
         return with_real_poles(found)
@@ -146,7 +145,7 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     if factor > 1:
         share = min(1.0, DELAY_SAMPLES / experiment.samples)
         begun = [_beginning(record, share) for record in experiment.records]
-        part = with_best_delay(Grown.at(part.structure, part.values, begun).descended(), factor)
+        part = with_own_delay(Grown.at(part.structure, part.values, begun).descended(), factor)
     if part.point.samples == experiment.samples:
         return part.descended()
     return Grown.at(part.structure, part.values, experiment.records).descended()
@@ -160,19 +159,15 @@ def _descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown
     return Grown.at(structure, values, records).descended()
 
 
-def with_best_delay(start: Grown, reach: int) -> Grown:
-    """`start` at the likeliest delay, from strides of half the `reach` down to one sample."""
-    best, stride = start, max(1, reach // 2)
+def with_own_delay(start: Grown, factor: int) -> Grown:
+    """`start` at its delay, without the poles that a rate lower by `factor` asks for: there a delay is a
+    multiple of `factor` samples, and poles make up for the rest."""
+    best = start
     while True:
-        here = best.structure.delay_samples
-        near = [at_delay(best, d).descended(SCAN_STEPS) for d in (here - stride, here + stride) if d >= 0]
-        likely = likeliest([best, *near])
-        if likely is not best:
-            best = likely.descended()
-        elif stride == 1:
-            return best
-        else:
-            stride //= 2
+        moved = at_better_delay(pruned(best), factor)
+        if moved is best:
+            return at_longest_delay(best)
+        best = moved
 
 
 def _beginning(record: Record, share: float) -> Record:

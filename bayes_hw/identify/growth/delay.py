@@ -36,6 +36,9 @@ CLEAR = 3.0
 WORTHWHILE_NATS = 1.0
 """A neighbouring delay that gains less is the last."""
 
+SAME_NATS = 0.5
+"""Delays that differ by less are as likely as each other."""
+
 
 def longest_delay(records: Sequence[Record]) -> int:
     """The longest delay looked for, in samples."""
@@ -92,17 +95,20 @@ def coarse_delay(item: Grown) -> Grown:
             stride //= 2
 
 
-def at_better_delay(item: Grown) -> Grown:
-    """`item` or, where that is likelier, the same poles begun at another delay with the weights and initial
-    states that least squares gives there.
+def at_better_delay(item: Grown, reach: int | None = None) -> Grown:
+    """`item` or, where that is likelier, the same poles begun at another delay, no farther than `reach`, with
+    the weights and initial states that least squares gives there.
 
     A likelihood has many maxima over the delay, for poles and zeros stand in for one: DELAYS_TRIED of those
     where least squares leaves locally least are descended from, and from their neighbours while that gains.
     """
-    longest = longest_delay(item.response.records)
-    left = np.array([np.inf, *(_solved_at(item, d)[0] for d in range(longest + 1)), np.inf])
+    longest, here = longest_delay(item.response.records), item.structure.delay_samples
+    delays = np.arange(longest + 1)
+    if reach is not None:
+        delays = delays[np.abs(delays - here) <= reach]
+    left = np.array([np.inf, *(_solved_at(item, int(d))[0] for d in delays), np.inf])
     lowest = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] <= left[2:]))
-    tried = sorted(lowest, key=lambda d: left[1 + d])[:DELAYS_TRIED]
+    tried = delays[sorted(lowest, key=lambda i: left[1 + i])[:DELAYS_TRIED]]
     return likeliest([item, *(_climbed(_begun_at(item, int(d)), longest) for d in tried)])
 
 
@@ -162,6 +168,18 @@ def with_shorter_delay(item: Grown) -> Grown:
             return item
         item = moved
     return item
+
+
+def at_longest_delay(item: Grown) -> Grown:
+    """`item` at the longest delay, a sample at a time, that costs less than SAME_NATS: where commands are
+    smooth, zeros stand in for delay, and a shorter one fits as well."""
+    longest, best = longest_delay(item.response.records), item
+    while best.structure.delay_samples < longest:
+        later = _begun_at(best, best.structure.delay_samples + 1)
+        if later.log_likelihood < item.log_likelihood - SAME_NATS:
+            return best
+        best = later
+    return best
 
 
 def with_longer_delay(item: Grown) -> Grown:

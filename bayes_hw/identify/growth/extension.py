@@ -90,6 +90,21 @@ def without_section(
     return smaller, replace(values, sections=np.delete(values.sections, number, axis=1), starts=starts)
 
 
+def with_single_poles(structure: Structure, values: CascadeValues) -> tuple[Structure, CascadeValues]:
+    """Every section of two real poles as two of their own, at rest, unless they all but coincide."""
+    number = 0
+    while number < structure.sections:
+        section = values.sections[:, number]
+        apart = section[0] ** 2 / 4 - section[1] > COINCIDING**2 / 4
+        if not apart:
+            number += 1
+            continue
+        structure, values = without_section(structure, values, number)
+        for pole, residue in fractions_of(section):
+            structure, values = with_separate_pole(structure, values, pole, residue)
+    return structure, values
+
+
 def repaired(structure: Structure, values: CascadeValues) -> CascadeValues | None:
     """Sections of real poles paired anew, neighbours together, so that any two may become a pair.
 

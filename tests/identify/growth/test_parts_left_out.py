@@ -9,8 +9,16 @@ import pytest
 
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
+from bayes_hw.identify.growth.extension import with_section, with_separate_pole, with_single_poles
 from bayes_hw.identify.growth.score_test import best_candidates
-from bayes_hw.identify.growth.search import Grown, extended, with_smaller_ones, without_each_part
+from bayes_hw.identify.growth.search import (
+    Grown,
+    extended,
+    pruned,
+    with_smaller_ones,
+    without_each_part,
+)
+from bayes_hw.identify.long_records import with_own_delay
 from bayes_hw.record import Record
 
 STRUCTURE = Structure(1, integrator=True, real_poles=1, sections=1)
@@ -54,6 +62,34 @@ def test_a_poor_minimum_of_a_smaller_order_is_left(grown: Grown) -> None:
     found = with_smaller_ones({4: whole, 3: poor})
     assert found[3].log_likelihood > poor.log_likelihood + 50
     assert found[3].log_likelihood > whole.log_likelihood - 5
+
+
+def test_a_section_of_two_real_poles_parts_without_a_change(grown: Grown) -> None:
+    structure, values = with_section(STRUCTURE, VALUES, 1.3, 0.4)
+    values = replace(values, sections=values.sections + [[0.0], [0.0], [0.01], [-0.004]] * np.array([0, 1]))
+    parted = with_single_poles(structure, values)
+    assert (parted[0].real_poles, parted[0].sections) == (3, 1)
+    records = grown.response.records
+    before, after = (Grown.at(*one, records).point.residuals[0] for one in ((structure, values), parted))
+    np.testing.assert_allclose(before, after, atol=1e-9)
+
+
+def test_parts_that_nothing_asks_for_go(grown: Grown) -> None:
+    """A pole that alternates and one of a section, both without weight; what the records show stays."""
+    structure, values = with_separate_pole(*with_section(STRUCTURE, VALUES, 1.3, 0.4), -0.99)
+    found = pruned(Grown.at(structure, values, grown.response.records).descended())
+    assert (found.structure.real_poles, found.structure.sections) == (1, 1)
+    assert found.log_likelihood > grown.descended().log_likelihood - 1
+
+
+@pytest.mark.parametrize("wrong", [-1, 3])
+def test_a_delay_that_was_rounded_is_found_without_the_poles_beside_it(grown: Grown, wrong: int) -> None:
+    structure, values = with_separate_pole(STRUCTURE, VALUES, 0.05)
+    begun = replace(structure, delay_samples=STRUCTURE.delay_samples + wrong)
+    found = with_own_delay(Grown.at(begun, values, grown.response.records).descended(), 4)
+    assert abs(found.structure.delay_samples - STRUCTURE.delay_samples) <= 1
+    assert found.structure.order == STRUCTURE.order
+    assert found.criterion < grown.descended().criterion + 2
 
 
 def test_a_pole_that_all_but_alternates_is_promised(grown: Grown) -> None:
