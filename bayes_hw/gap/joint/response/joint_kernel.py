@@ -21,8 +21,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of, torque_of_memory
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
@@ -45,7 +45,7 @@ WRITTEN_AT_ONCE = 32
 """Samples of tangents that are collected before they are written row by row."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def respond_jointly(  # type: ignore[no-untyped-def]
     u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
     direct, signal_real, signal_sections, forced, forced_by_lag, steps, columns, c_static, c_inputs,

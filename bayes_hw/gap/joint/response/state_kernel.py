@@ -7,8 +7,8 @@ before. *Carriers* are the states, the command v behind the input's effects, and
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside, pasted
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
 
@@ -16,7 +16,7 @@ NOTHING = 1e-290
 """Of which sixteen digits are left off a number that fades."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def entering(residue, real, sections, port_real, port_sections, direct):  # type: ignore[no-untyped-def]
     """Weights (1 + laws, states) by which v and every torque enter the states; numbers as
     `joint_kernel.respond_jointly` has them."""
@@ -37,7 +37,7 @@ def entering(residue, real, sections, port_real, port_sections, direct):  # type
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def seen(residue, real, sections, laws, bases, direct, signal_real, signal_sections, steps):  # type: ignore[no-untyped-def]
     """Weights (1 + laws, states + 1) of the states, and of v, in w and in every law's signal."""
     n, m, count = real.shape[1], sections.shape[1], len(laws)
@@ -88,7 +88,7 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct):  # type: ignore[no-untyped-def]
     """Where columns of tangents are fed: state, column and carrier (3, n), and signs (n,)."""
     n, m, laws = c_real.shape[1], c_sections.shape[1], len(c_direct)
@@ -125,7 +125,7 @@ def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c
     return where[:, present], signs[present]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def signal_sources(  # type: ignore[no-untyped-def]
     real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
     c_signal_sections,
@@ -178,7 +178,7 @@ def signal_sources(  # type: ignore[no-untyped-def]
     return where[:, present], weights[present]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def zeros(rows):  # type: ignore[no-untyped-def]
     """(rows, LANES) aligned."""
     found = aligned_rows(rows)
@@ -187,7 +187,7 @@ def zeros(rows):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def identity():  # type: ignore[no-untyped-def]
     """(LANES, LANES): a row for every lane."""
     found = zeros(LANES)
@@ -196,14 +196,14 @@ def identity():  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@pasted
 def add(rows, row, lane, value, units):  # type: ignore[no-untyped-def]
     """Added to one number of a row that is read as a whole soon after: a processor waits for a number that
     was written by itself until it has left for the cache."""
     store(rows, row, load(rows, row) + load(units, lane) * broadcast(value))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
     """Sources of tangents, `where` (3, n) as `state_sources` has them, by the rows of LANES columns that they
     act on, `count` rows a block: rows and where the sources of each begin (2, rows + 1); lane and carrier
@@ -222,7 +222,7 @@ def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
     return rows[:, : found + 1].copy(), sources, ordered
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def add_sources(values, rows, sources, weights, carried, units, kept):  # type: ignore[no-untyped-def]
     """What the carriers bring, written to the rows that have sources (see `by_rows`), added to what stands
     there where that is `kept`."""
@@ -235,7 +235,7 @@ def add_sources(values, rows, sources, weights, carried, units, kept):  # type: 
         store(values, rows[0, r], found)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def own_columns(blocks, c_direct, c_port_real, c_port_sections):  # type: ignore[no-untyped-def]
     """(blocks * laws, LANES): one for every weight by which a torque is part of w a step on."""
     laws = len(c_direct)
@@ -248,14 +248,14 @@ def own_columns(blocks, c_direct, c_port_real, c_port_sections):  # type: ignore
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@pasted
 def faded(values):  # type: ignore[no-untyped-def]
     """Lanes, zero for numbers that are next to none: what fades by itself would end among numbers that a
     processor handles a hundred times as slowly."""
     return (values + broadcast(NOTHING)) - broadcast(NOTHING)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def advance_tangents(  # type: ignore[no-untyped-def]
     real, sections, direct, enters, looks, laws, d_state, fed, d_taus, d_v, drives, d_w, d_signals, at_direct
 ):
@@ -341,7 +341,7 @@ def advance_tangents(  # type: ignore[no-untyped-def]
                 store(d_signals, of_law + j, seen)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def own_difference(a1, a2, power):  # type: ignore[no-untyped-def]
     """Weights of both states of a section in the difference of order 2 or 3 by which its output goes on by
     itself, and their derivatives by a1 and a2 in turn."""
