@@ -7,9 +7,9 @@ The axis is that of the compiled batch simulator (`bayes_hw.model.kernel`), the 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.control.axis_draws import AxisDraws
 from bayes_hw.control.controller import Controller
 from bayes_hw.model.controller_kernel import STATES, LoopSignals, PositionLoop, next_command, start_at_rest
@@ -71,12 +71,12 @@ def simulate_loop(
     return signals
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _dead_zone(w, half_width, c2, c3):  # type: ignore[no-untyped-def]
     return c2 * max(w - half_width, 0.0) + c3 * min(w + half_width, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _simulate(  # type: ignore[no-untyped-def]
     real_poles, real_residues, pair_poles, pair_residues, direct, delay, static, gains, numbers, sections,
     ratio, reference, noise, start, u_out, w_out, y_out,

@@ -7,13 +7,14 @@ order p in `variances` (p + 1,); runs of samples about holes begin at `begins` a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from bayes_hw.compiled import compiled, compiled_inside
 
 SIDE_BY_SIDE = 8
 """Walkers whose residuals lie in one line of the cache."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def fill_predictors(partial, coefficients, variances):  # type: ignore[no-untyped-def]
     """The Durbin-Levinson recursion."""
     order = len(partial)
@@ -27,7 +28,7 @@ def fill_predictors(partial, coefficients, variances):  # type: ignore[no-untype
         variances[j] = variances[j + 1] / (1 - partial[j] * partial[j])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _gains(coefficients, variances, measured, fresh, covariance, towards, spreads, gains):  # type: ignore[no-untyped-def]
     """Variances `spreads` (n,) of the innovations of a run and `gains` (n, p) of the means before each.
 
@@ -72,7 +73,7 @@ def _gains(coefficients, variances, measured, fresh, covariance, towards, spread
         uncertain[own] = not measured[k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def runs_about_holes(measured, order):  # type: ignore[no-untyped-def]
     """Where runs about holes begin, from p samples before one to p behind, and their lengths.
 
@@ -98,7 +99,7 @@ def runs_about_holes(measured, order):  # type: ignore[no-untyped-def]
         hole = end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def bridge(measured, coefficients, variances, first, begins, lengths, spreads, gains):  # type: ignore[no-untyped-def]
     """Fills `spreads` (n,) and `gains` (n, p) of the runs of a record, one after another; the change of the
     sum of the logarithms of the innovations' standard deviations from sample `first` on."""
@@ -119,7 +120,7 @@ def bridge(measured, coefficients, variances, first, begins, lengths, spreads, g
     return logarithms
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def whiten_runs(rows, measured, coefficients, first, begins, lengths, spreads, gains, result):  # type: ignore[no-untyped-def]
     """Fills `result` (rows, samples - first) about holes with innovations over their standard deviations."""
     order = gains.shape[1]
@@ -147,7 +148,7 @@ def whiten_runs(rows, measured, coefficients, first, begins, lengths, spreads, g
             at += length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def correct_sums(  # type: ignore[no-untyped-def]
     residuals, partial, precision, robust, begins, lengths, pattern_of, measured, pattern_begins, fresh,
     terms, logarithms,

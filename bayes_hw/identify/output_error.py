@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.optimize import least_squares
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.identify.holes import whitened_over_holes, with_holes
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.kernel import KnownSignals, simulate_batch
@@ -106,7 +106,7 @@ def whitened(
     return result.reshape(residuals.shape)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _whiten(rows, autoregression, result):  # type: ignore[no-untyped-def]
     """Take from `result` (n, samples) what the autoregression (p,) predicts of `rows` (n, samples)."""
     for number in range(len(rows)):

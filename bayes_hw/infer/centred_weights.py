@@ -21,9 +21,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.infer.responses_in_frequency import ResponsesInFrequency
 from bayes_hw.infer.responses_in_time import ResponsesInTime
@@ -118,7 +118,7 @@ class CentredWeights:
         return np.asarray(values[self.gain_row] / self.axis.model.sample_rate_hz)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _move(  # type: ignore[no-untyped-def]
     every, all_wanted, rounding, precision, mean, plain, weights, log_jacobian
 ):

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from scipy import special
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.identify.holes import Holes
 from bayes_hw.identify.noise import NoiseEstimate, autoregression_from_partial
 from bayes_hw.model.kernel import LaggedSums
@@ -75,7 +75,7 @@ def log_likelihood(
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _log_likelihood(lagged, head, tail, samples, sigma, partial, result):  # type: ignore[no-untyped-def]
     order, walkers = partial.shape
     phi, previous, polynomial = np.empty(order), np.empty(order), np.empty(order + 1)

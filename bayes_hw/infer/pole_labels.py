@@ -18,9 +18,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.compiled import compiled
 from bayes_hw.model.axis_parameters import AxisParameters
 
 SAME = 1e-9
@@ -142,7 +142,7 @@ def _log_share(score: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("iip->p", score) - sums[-1])
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _exchange(poles, wanted, weights):  # type: ignore[no-untyped-def]
     """Nested weights (poles, points) in place when the poles come in the order `wanted`: neighbours a, b of
     g / (z - a) + h / ((z - a) (z - b)) exchanged leave g and make h + (a - b) g of h."""

@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.model.parameters import Parameter
 from bayes_hw.record import Record
 
@@ -50,7 +50,7 @@ class Table:
         return x, slope
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _inverse(first, step, values, wanted, x, slope):  # type: ignore[no-untyped-def]
     for k in range(len(wanted)):
         low, high = 0, len(values) - 1

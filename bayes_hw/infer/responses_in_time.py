@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.compiled import compiled
 from bayes_hw.identify.noise import NoiseEstimate
 from bayes_hw.model.axis_parameters import AxisParameters
 from bayes_hw.model.modal import LinearBatch, ResidueBatch
@@ -120,7 +120,7 @@ class ResponsesInTime:
         return rows, wanted
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _fill(  # type: ignore[no-untyped-def]
     real_poles,
     pair_poles,

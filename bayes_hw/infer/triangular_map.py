@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 
 REACH = 4.0
 """Standard deviations beyond which a coordinate bends the others no further: tails stay where they are."""
@@ -112,7 +112,7 @@ def _skewed_axes(covariance: FloatArray, centred: FloatArray, weights: FloatArra
     return np.asarray(factor @ vectors[:, np.argsort(-explained)])
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _move(z, coefficients, offsets, sign, moved):  # type: ignore[no-untyped-def]
     """y of z where `sign` is -1, z of y where it is 1: then the coordinates before k are those moved."""
     bent = moved if sign > 0 else z

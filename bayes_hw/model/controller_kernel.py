@@ -11,9 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from numba import njit
-
 from bayes_hw.arrays import FloatArray, IntArray
+from bayes_hw.compiled import compiled
 
 BEFORE, DERIVATIVE, MEMORY, COMMAND = range(4)
 STATES = 4
@@ -50,7 +49,7 @@ class LoopSignals(NamedTuple):
     y: FloatArray
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def start_at_rest(sections, error, filters, state):  # type: ignore[no-untyped-def]
     """Filters and states as `error` has left them that was ever the same, the command zero."""
     for i in range(len(sections)):
@@ -63,7 +62,7 @@ def start_at_rest(sections, error, filters, state):  # type: ignore[no-untyped-d
     state[BEFORE] = error
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def next_command(numbers, sections, error, filters, state):  # type: ignore[no-untyped-def]
     """The command at `error`; `filters` and `state` go on by one sample."""
     proportional, integral, derivative, pole, lowest, highest, most_change, share = numbers

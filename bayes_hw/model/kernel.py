@@ -23,10 +23,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.compiled import compiled, compiled_inside, pasted
 from bayes_hw.model.lanes import (
     LANES,
     aligned_rows,
@@ -172,7 +172,7 @@ def _filled_up(form: ModalForm) -> tuple[FloatArray, ...]:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@pasted
 def _three_signals(order):  # type: ignore[no-untyped-def]
     """Blocks of v, w and a third signal, this one with `order` rows before it, apart by GAP rows."""
     rows = aligned_rows(3 * BLOCK + 2 * GAP + order)
@@ -180,7 +180,7 @@ def _three_signals(order):  # type: ignore[no-untyped-def]
     return rows[:BLOCK], rows[second : second + BLOCK], rows[third:]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled_inside
 def _add_known(known, signals, first, last, sign, start, count, rows):  # type: ignore[no-untyped-def]
     """Add to the block `rows` the signals from `first` to `last`, weighed, times `sign`."""
     for j in range(first, last):
@@ -189,7 +189,7 @@ def _add_known(known, signals, first, last, sign, start, count, rows):  # type: 
             store(rows, row, load(rows, row) + weight * broadcast(signals[j, start + row]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled_inside
 def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[no-untyped-def]
     """Advance one group from sample `start` to `stop`, filling rows of the blocks v and w."""
     count = stop - start
@@ -256,7 +256,7 @@ def _advance(static, real, pairs, x, s, u, start, stop, v, w):  # type: ignore[n
         store(s, OLDER * n_pairs + m, older)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _lagged_residual_sums(  # type: ignore[no-untyped-def]
     static, real, pairs, real_state, pair_state, known, u, signals, through, y, order, near, sums
 ):
@@ -321,7 +321,7 @@ def _lagged_residual_sums(  # type: ignore[no-untyped-def]
         scatter(total, group, sums)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _simulate(  # type: ignore[no-untyped-def]
     static, real, pairs, real_state, pair_state, known, u, signals, through, w_out, y_out
 ):

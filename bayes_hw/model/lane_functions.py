@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit
 from numba.core.cgutils import get_or_insert_function
 from numba.extending import intrinsic
 
+from bayes_hw.compiled import compiled_inside, pasted
 from bayes_hw.model.lanes import LANES, LANES_TYPE, broadcast, maximum, minimum
 
 _VECTOR = ir.VectorType(ir.DoubleType(), LANES)
@@ -86,12 +86,12 @@ def _between_one_and_two(typing_context: Any, value: Any) -> Any:
     return LANES_TYPE(LANES_TYPE), generate
 
 
-@njit(cache=True, inline="always")
+@pasted
 def absolute(x):  # type: ignore[no-untyped-def]
     return maximum(x, broadcast(0.0) - x)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _rounded(x):  # type: ignore[no-untyped-def]
     return (x + broadcast(TO_INTEGER)) - broadcast(TO_INTEGER)
 
@@ -108,19 +108,19 @@ def square_root(typing_context: Any, value: Any) -> Any:
     return LANES_TYPE(LANES_TYPE), generate
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def sine(x):  # type: ignore[no-untyped-def]
     """sin(x), to 1e-15 for |x| < 1e6."""
     return _sine_after(x, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def cosine(x):  # type: ignore[no-untyped-def]
     """cos(x), to 1e-15 for |x| < 1e6."""
     return _sine_after(x, 1.0)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@pasted
 def _sine_after(x, ahead):  # type: ignore[no-untyped-def]
     """sin(x + `ahead` quarter turns): reduced by quarter turns (Cody and Waite), then Taylor's polynomial."""
     quarters = _rounded(x * broadcast(2 / np.pi))
@@ -144,7 +144,7 @@ def _sine_after(x, ahead):  # type: ignore[no-untyped-def]
     return where_less(quadrant, broadcast(1.5), size, broadcast(0.0) - size)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _cubic(first, r, square):  # type: ignore[no-untyped-def]
     """Four terms of the exponential's series from `first` on, over r^first, in parallel (Estrin)."""
     low = broadcast(EXPONENTIAL[first]) + broadcast(EXPONENTIAL[first + 1]) * r
@@ -152,7 +152,7 @@ def _cubic(first, r, square):  # type: ignore[no-untyped-def]
     return low + square * high
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def exponential(x):  # type: ignore[no-untyped-def]
     """exp(x) to 1e-15, from the smallest to the largest normal number."""
     x = minimum(maximum(x, broadcast(SMALLEST_EXPONENT)), broadcast(LARGEST_EXPONENT))
@@ -168,7 +168,7 @@ def exponential(x):  # type: ignore[no-untyped-def]
     return total * _low_bits_as_exponent(doublings + broadcast(2.0**52 + 1023))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def logarithm(x):  # type: ignore[no-untyped-def]
     """log(x) to 1e-15 for positive normal numbers, not a number for others that are not zero."""
     doublings = _exponent_and_two_to_52(x) - broadcast(2.0**52 + 1023)
@@ -184,7 +184,7 @@ def logarithm(x):  # type: ignore[no-untyped-def]
     return where_less(x, broadcast(np.inf), found, x)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def angle_of(x, y):  # type: ignore[no-untyped-def]
     """arctan2(y, x) to 1e-15: by symmetry from arctan between nothing and an eighth of a turn."""
     along, across = absolute(x), absolute(y)

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba import types
+from numba.extending import intrinsic, lower_builtin, models, register_model, type_callable
+
+from bayes_hw.compiled import compiled, compiled_inside
 
 LANES = 16
 """Walkers in one value: two 512-bit or four 256-bit registers. A kernel that carries two poles at once then
@@ -87,17 +89,17 @@ def broadcast(typing_context: Any, number: Any) -> Any:
     return LANES_TYPE(types.float64), generate
 
 
-def _binary(instruction: str) -> Any:
-    """An intrinsic of two values by an LLVM floating-point instruction that may be contracted to FMA."""
+def _arithmetic(operation: Any, instruction: str) -> None:
+    """Give two values an operation by an LLVM floating-point instruction that may be contracted to FMA: as
+    lowering of its own, since an overload would make a call and its tests of every sum."""
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def operation(typing_context: Any, left: Any, right: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return getattr(builder, instruction)(arguments[0], arguments[1], flags=_CONTRACT)
+    @type_callable(operation)  # type: ignore[untyped-decorator]
+    def typed(context: Any) -> Any:
+        return lambda left, right: LANES_TYPE if _is_lanes(left, right) else None
 
-        return LANES_TYPE(LANES_TYPE, LANES_TYPE), generate
-
-    return operation
+    @lower_builtin(operation, LanesType, LanesType)  # type: ignore[untyped-decorator]
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return getattr(builder, instruction)(arguments[0], arguments[1], flags=_CONTRACT)
 
 
 def _extremum(comparison: str) -> Any:
@@ -117,33 +119,15 @@ def _extremum(comparison: str) -> Any:
     return operation
 
 
-_add, _subtract, _multiply = _binary("fadd"), _binary("fsub"), _binary("fmul")
-_divide = _binary("fdiv")
+_arithmetic(operator.add, "fadd")
+_arithmetic(operator.sub, "fsub")
+_arithmetic(operator.mul, "fmul")
+_arithmetic(operator.truediv, "fdiv")
 minimum = _extremum("<")
 maximum = _extremum(">")
 
 
-@overload(operator.add)
-def _add_lanes(left, right):  # type: ignore[no-untyped-def]
-    return (lambda left, right: _add(left, right)) if _is_lanes(left, right) else None
-
-
-@overload(operator.sub)
-def _subtract_lanes(left, right):  # type: ignore[no-untyped-def]
-    return (lambda left, right: _subtract(left, right)) if _is_lanes(left, right) else None
-
-
-@overload(operator.mul)
-def _multiply_lanes(left, right):  # type: ignore[no-untyped-def]
-    return (lambda left, right: _multiply(left, right)) if _is_lanes(left, right) else None
-
-
-@overload(operator.truediv)
-def _divide_lanes(left, right):  # type: ignore[no-untyped-def]
-    return (lambda left, right: _divide(left, right)) if _is_lanes(left, right) else None
-
-
-@njit(cache=True)
+@compiled
 def aligned_rows(rows):  # type: ignore[no-untyped-def]
     """An uninitialised array (rows, LANES) that begins with a cache line."""
     memory = np.empty(rows * LANES + CACHE_LINE)
@@ -151,7 +135,7 @@ def aligned_rows(rows):  # type: ignore[no-untyped-def]
     return memory[skipped : skipped + rows * LANES].reshape((rows, LANES))
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def gather(values, group, rows):  # type: ignore[no-untyped-def]
     """Copy the lanes of one group from every row of a contiguous (..., walkers) into `rows` (rows, LANES)."""
     groups = values.shape[-1] // LANES
@@ -159,7 +143,7 @@ def gather(values, group, rows):  # type: ignore[no-untyped-def]
         store(rows, row, load(values, row * groups + group))
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def scatter(rows, group, values):  # type: ignore[no-untyped-def]
     """The opposite of `gather`."""
     groups = values.shape[-1] // LANES

@@ -23,9 +23,9 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.model.block_of_fractions import block_of_fractions
 from bayes_hw.model.lanes import LANES, broadcast, filled_up, load, store
 from bayes_hw.model.linear import LinearBlock
@@ -53,7 +53,7 @@ def partial_fractions(
     return real, pairs
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _partial_fractions(poles, n_real, zeros, gain, residues):  # type: ignore[no-untyped-def]
     """Fill residues (2, poles, walkers): real and imaginary parts, as in `poles` and `zeros`."""
     count, groups = poles.shape[1], poles.shape[2] // LANES
@@ -82,7 +82,7 @@ def _partial_fractions(poles, n_real, zeros, gain, residues):  # type: ignore[no
             store(residues, (count + i) * groups + group, (above_i * below - above * below_i) / size)
 
 
-@njit(cache=True)
+@compiled
 def closer_than(real, imag, distance):  # type: ignore[no-untyped-def]
     """Whether any two of the points (n, walkers) of one walker are closer than `distance`."""
     limit = distance * distance

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.model.lane_functions import cosine, exponential, sine, square_root
 from bayes_hw.model.lanes import LANES, broadcast, filled_up, load, store
 
@@ -21,7 +21,7 @@ def mode_poles(frequency_hz: FloatArray, damping_ratio: FloatArray, sample_rate_
     return poles
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _mode_poles(given, turn, parts):  # type: ignore[no-untyped-def]
     """Fill `parts` with real and imaginary parts, given frequencies and damping ratios, in one shape."""
     rows = given.shape[1] * given.shape[2] // LANES
@@ -33,7 +33,7 @@ def _mode_poles(given, turn, parts):  # type: ignore[no-untyped-def]
         store(parts, rows + row, radius * sine(turned))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def squared_distances(frequency_hz, damping_ratio, sample_rate_hz, point):  # type: ignore[no-untyped-def]
     """Product (walkers,) of |point - pole|^2 over the poles of modes (modes, walkers), of each pair the upper
     one, `point` real."""

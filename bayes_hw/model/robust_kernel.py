@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.model.kernel import (
     AT_REST,
     BLOCK,
@@ -91,7 +91,7 @@ def robust_residual_sums(
     return RobustSums(sums[0], sums[1 : order + 1], sums[order + 1 :])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _robust_residual_sums(  # type: ignore[no-untyped-def]
     static, real, pairs, real_state, pair_state, known, u, signals, through, y, noise, near, sums
 ):

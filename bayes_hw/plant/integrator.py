@@ -13,9 +13,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.plant.drive_train import (
     INPUTS,
     LOAD,
@@ -106,7 +106,7 @@ class Gear(NamedTuple):
     velocity_gain: float
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def wave_value(wave: Wave, angle: float) -> float:
     if wave.amplitude == 0.0:
         return 0.0
@@ -115,7 +115,7 @@ def wave_value(wave: Wave, angle: float) -> float:
     return wave.amplitude * (value + wave.second * (math.sin(2 * x + wave.phase) - math.sin(wave.phase)))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _limited(command: float, angle: float, physics: Physics) -> float:
     wave = physics.limit_wave
     factor = 1.0 + physics.limit_slope * angle
@@ -124,12 +124,12 @@ def _limited(command: float, angle: float, physics: Physics) -> float:
     return min(max(command, physics.lower * factor), physics.upper * factor)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _ramped(target: float, previous: float, largest: float) -> float:
     return previous + min(max(target - previous, -largest), largest)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def gear_correction(
     twist: float, twist_rate: float, angle: float, slip: float, yielded: float, physics: Physics, gear: Gear
 ) -> float:
@@ -151,7 +151,7 @@ def gear_correction(
     return elastic + gear.damping * rate - linear + wave_value(physics.mesh_ripple, angle + twist)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _torques(
     x: FloatArray,
     v: float,
@@ -173,7 +173,7 @@ def _torques(
     inputs[MOTOR_TORQUE] += demand_correction(asked, outside, physics)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def resistance(angle: float, speed: float, outside: FloatArray, physics: Physics) -> float:
     """The torque that oil, air and cables hold against the load."""
     torque = (outside[EXTERNAL_OIL] + physics.drag * abs(speed)) * speed
@@ -183,14 +183,14 @@ def resistance(angle: float, speed: float, outside: FloatArray, physics: Physics
     return torque
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def demand_correction(asked: float, outside: FloatArray, physics: Physics) -> float:
     """The torque that the amplifier gives minus the one that the loop asks for."""
     given = (1.0 - outside[EXTERNAL_LOST]) * asked
     return min(max(given, -physics.current_limit), physics.current_limit) - asked
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def driven(
     asked: float,
     angle: float,
@@ -218,7 +218,7 @@ def driven(
     return limited * factor + outside[EXTERNAL_BIAS], ramp, eased
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def slipped(twist: float, slip: float, physics: Physics, gear: Gear) -> float:
     """Where wheels have slid to at this twist."""
     if physics.slip_torque == np.inf:
@@ -227,7 +227,7 @@ def slipped(twist: float, slip: float, physics: Physics, gear: Gear) -> float:
     return min(max(slip, twist - widest), twist + widest)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def yielding(turned: float, yielded: float, physics: Physics) -> float:
     """Bouc and Wen's hidden deflection after the twist has `turned`."""
     if physics.yield_angle <= 0.0:
@@ -237,7 +237,7 @@ def yielding(turned: float, yielded: float, physics: Physics) -> float:
     return yielded + turned * (1.0 - sense * ratio * ratio)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _sliding(speed: float, friction: Friction) -> float:
     """Stribeck's curve."""
     if friction.static <= friction.coulomb:
@@ -246,7 +246,7 @@ def _sliding(speed: float, friction: Friction) -> float:
     return friction.coulomb + (friction.static - friction.coulomb) * fallen
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _lugre(speed: float, friction: Friction, bristle: float, step: float) -> tuple[float, float]:
     """Torque and deflection of bristles at the end of a step that ends at `speed`."""
     relaxation = friction.bristle_stiffness * abs(speed) / _sliding(speed, friction)
@@ -254,7 +254,7 @@ def _lugre(speed: float, friction: Friction, bristle: float, step: float) -> tup
     return -friction.bristle_stiffness * new - friction.bristle_damping * (new - bristle) / step, new
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def rub(
     x: FloatArray,
     speed: int,
@@ -293,7 +293,7 @@ def rub(
     return new
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def integrate(
     transition: FloatArray,
     forcing: FloatArray,
@@ -355,14 +355,14 @@ def integrate(
     return w
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def copied(values: FloatArray, to: FloatArray) -> None:
     """`to` = values; as a slice that is assigned, numba compiles the words of its errors too, for seconds."""
     for i in range(len(values)):
         to[i] = values[i]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def advance(
     transition: FloatArray, forcing: FloatArray, x: FloatArray, inputs: FloatArray, new: FloatArray
 ) -> None:

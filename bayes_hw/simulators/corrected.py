@@ -121,4 +121,4 @@ def _body(module: ModuleType) -> str:
 def _kernel(name: str) -> str:
     """A compiled kernel's text, its settings under their bare names."""
     text = inspect.getsource(getattr(signal_kernel, name).py_func)
-    return re.sub(r"@njit\(.*\)", "@compiled", re.sub(r"\bS\.([A-Z_]+)", r"\1", text)).strip()
+    return re.sub(r"@compiled.*", "@compiled", re.sub(r"\bS\.([A-Z_]+)", r"\1", text)).strip()

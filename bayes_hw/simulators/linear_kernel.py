@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 
 MOTOR, LOAD, COMPLIANCE = range(3)
 TAU = 2 * np.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def move_freely(transition, entering, constant, shown, offset, command, y):  # type: ignore[no-untyped-def]
     """Fill y (samples,) of x' = A x + b u + c, y = s x + offset, from rest; one step a sample."""
     count = len(entering)
@@ -29,7 +29,7 @@ def move_freely(transition, entering, constant, shown, offset, command, y):  # t
         x, after = after, x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _along(row, x):  # type: ignore[no-untyped-def]
     total = 0.0
     for i in range(len(x)):
@@ -37,7 +37,7 @@ def _along(row, x):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _wave(x, s, first):  # type: ignore[no-untyped-def]
     """A torque periodic in x, whose settings begin at `first`: both harmonics and the constant."""
     angle = TAU * x / s[first + 1]
@@ -45,7 +45,7 @@ def _wave(x, s, first):  # type: ignore[no-untyped-def]
     return s[first] * np.sin(angle + s[first + 2]) + second + s[first + 5]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _rubbed(free, bristle, h, level, static, slow, smoothing, stiffness, viscous):  # type: ignore[no-untyped-def]
     """Acceleration by friction in a step that would end at speed `free` without, and the bristle after it.
 
@@ -68,7 +68,7 @@ def _rubbed(free, bristle, h, level, static, slow, smoothing, stiffness, viscous
     return (found - free) / h, bristle
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def move_with_forces(  # type: ignore[no-untyped-def]
     transition,
     entering,

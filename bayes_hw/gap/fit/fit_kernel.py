@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from bayes_hw.compiled import compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def forward_differences(moved, at, steps):  # type: ignore[no-untyped-def]
     """Derivatives (samples, n) from outputs `at` (samples,) a point and `moved` (samples, n) by `steps` (n,)
     from it; zero where they are not finite."""
@@ -18,7 +19,7 @@ def forward_differences(moved, at, steps):  # type: ignore[no-untyped-def]
     return slopes
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def agreeing(slopes, step, after, before):  # type: ignore[no-untyped-def]
     """`slopes` (samples, n) made to agree with what a `step` (n,) did to the outputs (samples,).
 
@@ -38,7 +39,7 @@ def agreeing(slopes, step, after, before):  # type: ignore[no-untyped-def]
     return updated
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def normal_equations(slopes, white):  # type: ignore[no-untyped-def]
     """slopes' slopes (n, n) and slopes' white (n,) of whitened derivatives (samples, n) and errors."""
     return slopes.T @ slopes, slopes.T @ white

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from bayes_hw.compiled import compiled
 
 LOG_2PI = np.log(2 * np.pi)
 
@@ -16,7 +17,7 @@ NEGLIGIBLE = 1e-9
 SMALLEST = 1e-300
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def held_log_likelihood(y, simulated, hold, coefficient, innovation_sigma, total):  # type: ignore[no-untyped-def]
     """Add the log-likelihood of y (samples,) to `total` (n,), for `simulated` (samples, n) and noise (n,).
 
@@ -73,7 +74,7 @@ def held_log_likelihood(y, simulated, hold, coefficient, innovation_sigma, total
         total[i] += value
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def rounded_log_likelihood(y, simulated, step, sigma, correlation, total):  # type: ignore[no-untyped-def]
     """Add the log-likelihood of rounded y (samples,) to `total` (n,), for `simulated` (samples, n) and noise
     before the rounding, of first order: marginal `sigma` (n,) and `correlation` (n,).

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.simulate.signal_kernel import behind_dead_zone
 from bayes_hw.model.lane_functions import absolute
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, maximum, store
@@ -18,7 +18,7 @@ SETTLED_AGAIN = 1e-4
 """The same once the output has changed: it will change again."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def jitter_filter(columns, coefficient, innovation_variance, extra_variance, white):  # type: ignore[no-untyped-def]
     """Kalman filter of first-order noise plus white noise of known, changing variance; the log-determinant.
 
@@ -44,7 +44,7 @@ def jitter_filter(columns, coefficient, innovation_variance, extra_variance, whi
     return log_determinant
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type: ignore[no-untyped-def]
     """Forward filter over the age of a displayed sample; the log-likelihood.
 
@@ -89,7 +89,7 @@ def held_ages(y, simulated, hold, coefficient, innovation_sigma, ages):  # type:
     return log_likelihood
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def state_gains(  # type: ignore[no-untyped-def]
     transition, output, share, doubt, strength, increment, initial, gains, roots, variances
 ):
@@ -177,7 +177,7 @@ def state_gains(  # type: ignore[no-untyped-def]
     return log_determinant
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def state_filter(columns, transition, output, share, gains, roots, white, expected):  # type: ignore[no-untyped-def]
     """Kalman filter of noise with a state, by the `gains` and `roots` that `state_gains` finds.
 
@@ -222,7 +222,7 @@ def state_filter(columns, transition, output, share, gains, roots, white, expect
                 store(state, i * groups + group, value)
 
 
-@njit(cache=True)
+@compiled_inside
 def _non_zero(matrix):  # type: ignore[no-untyped-def]
     """Of every row where its terms other than zero begin (rows + 1,), their columns and values (terms,)."""
     n = len(matrix)
@@ -238,7 +238,7 @@ def _non_zero(matrix):  # type: ignore[no-untyped-def]
     return first, place, value
 
 
-@njit(cache=True)
+@compiled_inside
 def _zeros(wide):  # type: ignore[no-untyped-def]
     """A row of zeros."""
     row = aligned_rows(wide)
@@ -246,7 +246,7 @@ def _zeros(wide):  # type: ignore[no-untyped-def]
     return row
 
 
-@njit(cache=True)
+@compiled_inside
 def _rows(matrix, wide):  # type: ignore[no-untyped-def]
     """The square `matrix` in rows of `wide` values of LANES numbers, filled up with zeros."""
     n = len(matrix)
@@ -257,7 +257,7 @@ def _rows(matrix, wide):  # type: ignore[no-untyped-def]
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def innovations(columns, coefficients, innovation_sigma, sigma):  # type: ignore[no-untyped-def]
     """`columns` (samples, n) of autoregressive noise of `coefficients` (order,), white and of unit variance.
 
@@ -277,7 +277,7 @@ def innovations(columns, coefficients, innovation_sigma, sigma):  # type: ignore
     return white
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def untimely_variance(square, speed, bend, least):  # type: ignore[no-untyped-def]
     """`square` speed + square^2 bend (samples,), at `least` that share of its first term."""
     found = np.empty(len(speed))
@@ -287,7 +287,7 @@ def untimely_variance(square, speed, bend, least):  # type: ignore[no-untyped-de
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def seen_part(w, sway, variance, dead_zone, smallest, nodes, weights):  # type: ignore[no-untyped-def]
     """The share (samples,) of a disturbance of mean `sway` and `variance` added to w that shows behind a dead
     zone, nearest in the mean square, and the mean square of what is then missing.
@@ -317,7 +317,7 @@ def seen_part(w, sway, variance, dead_zone, smallest, nodes, weights):  # type: 
     return shares, doubts
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bridged_over(columns, gaps):  # type: ignore[no-untyped-def]
     """`columns` (samples, n) with the samples in `gaps` (samples,) half way between the last one before that
     is in none and the next one, or between the last two where there is no next one."""

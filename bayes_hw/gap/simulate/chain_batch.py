@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import BoolArray, FloatArray, IntArray
+from bayes_hw.compiled import compiled
 from bayes_hw.errors import InputError
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.builder import Followed, KnownPositions
@@ -20,7 +20,7 @@ from bayes_hw.model.controller_kernel import LoopSignals, PositionLoop
 from bayes_hw.model.lanes import padded_to_lanes
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def in_lanes(rows, lanes):  # type: ignore[no-untyped-def]
     """Column `lanes[i]` of `rows` (rows, n) for every lane i."""
     found = np.empty((rows.shape[0], len(lanes)))
@@ -30,7 +30,7 @@ def in_lanes(rows, lanes):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def delay(columns, first, u, delays):  # type: ignore[no-untyped-def]
     """Write u (samples,) into silent `columns` (samples, n) from `first` on, each late by its number of
     samples; what comes too late for a record as long as u is left out."""
@@ -40,7 +40,7 @@ def delay(columns, first, u, delays):  # type: ignore[no-untyped-def]
                 columns[k, first + i] = u[k - delays[i]]
 
 
-@njit(cache=True)
+@compiled
 def lanes_of(count, records, columns):  # type: ignore[no-untyped-def]
     """The chain (columns,) that every lane simulates: `count` of them a record, the last one again after."""
     found = np.empty(columns, np.int64)
@@ -49,7 +49,7 @@ def lanes_of(count, records, columns):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True)
+@compiled
 def silence(samples, columns):  # type: ignore[no-untyped-def]
     """Commands (samples, columns) of nothing; numpy would let go of the interpreter to make them."""
     return np.zeros((samples, columns))

@@ -19,8 +19,8 @@ within a step, so that sticking is exact (time stepping of Moreau, doi 10.1007/9
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside, pasted
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.gap.simulate.friction_kernel import friction_torque
 from bayes_hw.gap.simulate.state_kernel import later_rows, output_of, pushed, repeated, response_to, stepped
@@ -47,12 +47,12 @@ BY_OUTPUT_AND_STEP = np.array(
 READINGS = len(BY_OUTPUT)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _clipped(x, lower, upper):  # type: ignore[no-untyped-def]
     return minimum(maximum(x, lower), upper)
 
 
-@njit(cache=True, inline="always")
+@compiled_inside(forceinline=True)
 def _ramped(command, followed, largest, step):  # type: ignore[no-untyped-def]
     """Mean over a step of a command followed at no more than `largest` a second, and where it ends."""
     zero, half = broadcast(0.0), broadcast(0.5)
@@ -64,7 +64,7 @@ def _ramped(command, followed, largest, step):  # type: ignore[no-untyped-def]
     return where_less(needed, step, mean, followed + half * reach), end
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     """A sine of the angle, with its second harmonic where `second` is true, and a constant.
 
@@ -77,7 +77,7 @@ def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     return value
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def _reading_wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     """A sine of the angle, with its second harmonic where `second` is true, zero at the angle zero."""
     turns = broadcast(TAU) * angle / load(s, first + 1)
@@ -89,7 +89,7 @@ def _reading_wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     return value
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def _weigh(reading, h, outputs, n, rows, row):  # type: ignore[no-untyped-def]
     """Write the weights of `reading` for steps of h into `row` of `rows`, given those of all `outputs`."""
     for i in range(n):
@@ -100,14 +100,15 @@ def _weigh(reading, h, outputs, n, rows, row):  # type: ignore[no-untyped-def]
         store(rows, row * n + i, total)
 
 
-@njit(cache=True, inline="always")
-def _read(reading, steps, per, ahead, by_command, x, v):  # type: ignore[no-untyped-def]
-    """A reading of the command's states `steps` steps on, v held since."""
-    row = reading * per + steps
-    return output_of(row, ahead, x) + load(by_command, row) * v
+@pasted
+def _reading(reading, now, per, ahead, by_command, t_ahead, x, v, b):  # type: ignore[no-untyped-def]
+    """A reading after `now` steps of the command v since x and none since b, rates a step later."""
+    late = reading // MOTOR_RATE
+    row = reading * per + now + late
+    return output_of(row, ahead, x) + load(by_command, row) * v + output_of(2 * reading + late, t_ahead, b)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _shown(output, play, s, active, k, rate):  # type: ignore[no-untyped-def]
     """The play's position, w*, the same behind the gain's asymmetry, and y, where the axis is at `output` in
     sample `k` and the play was at `play`."""
@@ -134,7 +135,7 @@ def _shown(output, play, s, active, k, rate):  # type: ignore[no-untyped-def]
     return play, at, output, shown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _fed_back(loop, k, group, shown, filters, controls, u):  # type: ignore[no-untyped-def]
     """The controller's sample `k` at what a group's lanes show: its command, written into `u` where it
     arrives."""
@@ -155,7 +156,7 @@ def _fed_back(loop, k, group, shown, filters, controls, u):  # type: ignore[no-u
             u[arrival, lane] = commands[k, lane]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, responses):  # type: ignore[no-untyped-def]
     """Fill responses (samples, lanes) with one output of the states (n,) that `signals` drive from rest."""
     samples, groups, n = len(signals), signals.shape[1] // LANES, len(factors_of)
@@ -171,7 +172,7 @@ def filter_lanes(real_count, factors_of, inputs_of, outputs_of, signals, respons
             stepped(factors, inputs, 0, load(signals, k * groups + group), real_count, x)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def simulate_lanes(  # type: ignore[no-untyped-def]
     u,
     rate,
@@ -329,37 +330,34 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                 if torques:
                     motor_torque, load_torque = zero, zero
                     if rippled or mesh:
-                        place = _read(MOTOR_PLACE, now, per, ahead, by_command, x, v)
-                        place = place + output_of(2 * MOTOR_PLACE, t_ahead, b) + aside
+                        place = _reading(MOTOR_PLACE, now, per, ahead, by_command, t_ahead, x, v, b) + aside
                         if rippled:
                             motor_torque = _wave(s, S.RIPPLE, active[S.RIPPLE_SECOND], place)
                         if mesh:
                             load_torque = _wave(s, S.MESH_RIPPLE, active[S.MESH_RIPPLE_SECOND], place)
                             motor_torque = motor_torque - stiffness_ratio * load_torque
                     if load_rippled:
-                        place = _read(LOAD_PLACE, now, per, ahead, by_command, x, v)
-                        place = place + output_of(2 * LOAD_PLACE, t_ahead, b) + aside
+                        place = _reading(LOAD_PLACE, now, per, ahead, by_command, t_ahead, x, v, b) + aside
                         wave = _wave(s, S.LOAD_RIPPLE, active[S.LOAD_RIPPLE_SECOND], place)
                         load_torque = load_torque + wave
                     if torsional:
-                        torsion = _read(TORSION, now, per, ahead, by_command, x, v)
-                        torsion = torsion + output_of(2 * TORSION, t_ahead, b)
+                        torsion = _reading(TORSION, now, per, ahead, by_command, t_ahead, x, v, b)
                         square = torsion * torsion
                         torque = load(s, S.CUBIC) * torsion * square
                         if active[S.SOFTENING]:
                             torque = torque / (one + load(s, S.SOFTENING) * square)
                         if active[S.GAP]:
                             gap = load(s, S.GAP)
-                            twist_rate = _read(TWIST_RATE, now, per, ahead, by_command, x, v)
-                            twist_rate = twist_rate + output_of(2 * TWIST_RATE, t_ahead, b)
-                            inside = torsion + load(s, S.CONTACT_DAMPING) * twist_rate
+                            rate_of_twist = _reading(
+                                TWIST_RATE, now, per, ahead, by_command, t_ahead, x, v, b
+                            )
+                            inside = torsion + load(s, S.CONTACT_DAMPING) * rate_of_twist
                             beyond = where_less(zero, torsion, gap, zero - gap)
                             torque = torque - where_less(absolute(torsion), gap, inside, beyond)
                         motor_torque = motor_torque - stiffness * torque
                         load_torque = load_torque + load_stiffness * torque
                     if rubbing:
-                        speed = _read(MOTOR_RATE, now + 1, per, ahead, by_command, x, v)
-                        speed = speed + output_of(2 * MOTOR_RATE + 1, t_ahead, b)
+                        speed = _reading(MOTOR_RATE, now, per, ahead, by_command, t_ahead, x, v, b)
                         speed = speed + motor_response * motor_torque
                         if by_load:
                             speed = speed + motor_by_load * load_torque
@@ -369,8 +367,7 @@ def simulate_lanes(  # type: ignore[no-untyped-def]
                         )  # fmt: skip
                         motor_torque = motor_torque + torque
                     if load_rubbing:
-                        speed = _read(LOAD_RATE, now + 1, per, ahead, by_command, x, v)
-                        speed = speed + output_of(2 * LOAD_RATE + 1, t_ahead, b)
+                        speed = _reading(LOAD_RATE, now, per, ahead, by_command, t_ahead, x, v, b)
                         speed = speed + load_response * load_torque + load_by_motor * motor_torque
                         torque, load_bristle = friction_torque(
                             speed, load_response, load_coulomb, load_static, per_load_stribeck_speed,

@@ -8,10 +8,11 @@ other at every one of them.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from bayes_hw.compiled import compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def misses(measured, simulated):  # type: ignore[no-untyped-def]
     """Errors (samples, n) of what is `simulated` (samples, n) about what is `measured` (samples,)."""
     errors = np.empty(simulated.shape)
@@ -21,7 +22,7 @@ def misses(measured, simulated):  # type: ignore[no-untyped-def]
     return errors
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def square_sums(columns):  # type: ignore[no-untyped-def]
     """The sum of squares (n,) of every one of `columns` (samples, n)."""
     sums = np.zeros(columns.shape[1])
@@ -31,7 +32,7 @@ def square_sums(columns):  # type: ignore[no-untyped-def]
     return sums
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def column(columns, i):  # type: ignore[no-untyped-def]
     """Column i of `columns` (samples, n), contiguous."""
     found = np.empty(columns.shape[0], columns.dtype)
@@ -40,7 +41,7 @@ def column(columns, i):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def part(columns, first, count):  # type: ignore[no-untyped-def]
     """`count` of `columns` (samples, n) from `first` on, contiguous."""
     found = np.empty((columns.shape[0], count))
@@ -50,7 +51,7 @@ def part(columns, first, count):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def filled_out(columns, wide):  # type: ignore[no-untyped-def]
     """`columns` (samples, n) with columns of zeros after them, `wide` in all."""
     found = np.zeros((columns.shape[0], wide))
@@ -60,7 +61,7 @@ def filled_out(columns, wide):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def scaled(columns, factor):  # type: ignore[no-untyped-def]
     """`columns` (samples, n) times `factor`."""
     white = np.empty(columns.shape)
@@ -70,7 +71,7 @@ def scaled(columns, factor):  # type: ignore[no-untyped-def]
     return white
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def blank(columns, gaps):  # type: ignore[no-untyped-def]
     """Make `columns` (samples, n) zero where `gaps` (samples,) is true."""
     for k in range(columns.shape[0]):
@@ -78,7 +79,7 @@ def blank(columns, gaps):  # type: ignore[no-untyped-def]
             columns[k] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def largest_sizes(columns):  # type: ignore[no-untyped-def]
     """The largest size (n,) in every one of `columns` (samples, n), infinite where one is not a number."""
     found = np.zeros(columns.shape[1])
@@ -90,7 +91,7 @@ def largest_sizes(columns):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def only_where(columns, kept):  # type: ignore[no-untyped-def]
     """`columns` (samples, n), zero where `kept` (samples, n), or (samples, 1) for all, is false."""
     found = np.zeros(columns.shape)
@@ -101,7 +102,7 @@ def only_where(columns, kept):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def mean_squares(columns, starts):  # type: ignore[no-untyped-def]
     """Mean squares (stretches, n) of `columns` (samples, n) over the stretches that begin at `starts`."""
     stretches, n = len(starts), columns.shape[1]
@@ -116,7 +117,7 @@ def mean_squares(columns, starts):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def linear_splines_over(signal, knots):  # type: ignore[no-untyped-def]
     """Linear B-splines (samples, knots) over `signal` (samples,), each one at its knot of the growing
     `knots`; the first and the last stay one beyond."""
@@ -132,7 +133,7 @@ def linear_splines_over(signal, knots):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True)
+@compiled
 def count_true(mask):  # type: ignore[no-untyped-def]
     """How many of `mask` (samples,) are true."""
     count = 0
@@ -141,7 +142,7 @@ def count_true(mask):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True)
+@compiled
 def count_finite(values):  # type: ignore[no-untyped-def]
     """How many of `values` (samples,) are finite."""
     count = 0

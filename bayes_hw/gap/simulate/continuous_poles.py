@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.compiled import compiled, compiled_inside
 
 FASTEST_POLE = 1e-9
 """In z."""
@@ -49,7 +49,7 @@ def continuous_poles(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _continuous(real_poles, pair_poles, real_residues, pair_residues, rate):  # type: ignore[no-untyped-def]
     """Poles, residues and whether they are real: positive ones, pairs, those at half the sample rate."""
     n_real, n_pairs = len(real_poles), len(pair_poles)
@@ -79,13 +79,13 @@ def _continuous(real_poles, pair_poles, real_residues, pair_residues, rate):  # 
     return poles, residues, real
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def divided(one, other):  # type: ignore[no-untyped-def]
     """one / other, not a number where `other` is zero: complex division raises there in compiled code."""
     return one / other if other != 0 else complex(np.nan, np.nan)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _response(poles, residues, real, s):  # type: ignore[no-untyped-def]
     """sum residue / (s - pole) at every `s`, the conjugates of poles that are not `real` included."""
     found = np.zeros(len(s), dtype=np.complex128)

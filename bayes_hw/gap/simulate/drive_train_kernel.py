@@ -6,15 +6,15 @@ D, H, M, L, S and the couplings are those of `bayes_hw.gap.simulate.match_kernel
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.simulate.chain_kernel import MOTOR_ANGLE, MOTOR_SPEED, W
 from bayes_hw.gap.simulate.continuous_poles import divided
 from bayes_hw.gap.simulate.match_kernel import BL, COUNT, CS, GAIN, KI, KL, KM, KP, KS, KSS, C
 from bayes_hw.gap.simulate.path import OUTPUTS, ordered
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def turning_together(poles, outputs):  # type: ignore[no-untyped-def]
     """`outputs` (4, n) of the states at `poles` (n,), upper ones of pairs, with the motor at the load's speed
     whenever the command has been constant for long.
@@ -43,7 +43,7 @@ def turning_together(poles, outputs):  # type: ignore[no-untyped-def]
     return turned
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
     """Logs (10,) of a drive with usual proportions to its own poles: an integrator, two more that are `real`
     and the upper ones of two pairs."""
@@ -66,7 +66,7 @@ def usual_logs(poles, real, gain):  # type: ignore[no-untyped-def]
     return logs
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _value(polynomial, s):  # type: ignore[no-untyped-def]
     total = 0.0j
     for coefficient in polynomial:
@@ -74,7 +74,7 @@ def _value(polynomial, s):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _slope(polynomial, s):  # type: ignore[no-untyped-def]
     """The derivative of a polynomial at `s`."""
     total, slope = 0.0j, 0.0j
@@ -84,7 +84,7 @@ def _slope(polynomial, s):  # type: ignore[no-untyped-def]
     return slope
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _product(one, other):  # type: ignore[no-untyped-def]
     """The product of two polynomials, highest power first."""
     found = np.zeros(len(one) + len(other) - 1)
@@ -94,7 +94,7 @@ def _product(one, other):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _add(total, other, factor):  # type: ignore[no-untyped-def]
     """Add a polynomial of no higher degree, times `factor`, to `total`, highest powers first."""
     first = len(total) - len(other)
@@ -102,14 +102,14 @@ def _add(total, other, factor):  # type: ignore[no-untyped-def]
         total[first + i] += factor * other[i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _quadratic(leading, middle, last):  # type: ignore[no-untyped-def]
     found = np.empty(3)
     found[0], found[1], found[2] = leading, middle, last
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def companion(polynomial):  # type: ignore[no-untyped-def]
     """The companion matrix (n, n) of a polynomial (n + 1,), highest power first."""
     n = len(polynomial) - 1
@@ -121,7 +121,7 @@ def companion(polynomial):  # type: ignore[no-untyped-def]
     return matrix
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def upper_ones(real, imaginary):  # type: ignore[no-untyped-def]
     """The complex numbers with these parts (n,) whose imaginary part is not negative."""
     found, count = np.empty(len(real), np.complex128), 0
@@ -132,7 +132,7 @@ def upper_ones(real, imaginary):  # type: ignore[no-untyped-def]
     return found[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-untyped-def]
     """D, H, M S and kl C S as polynomials in s, the highest power first.
 
@@ -162,7 +162,7 @@ def torque_polynomials(logs, own, resisting, on_structure):  # type: ignore[no-u
     return whole, hung, _product(motor, hosting), across
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def torque_path(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     """What `Path` holds of the states at the poles `s` (n,) that torques on motor and load drive.
 
@@ -178,7 +178,7 @@ def torque_path(s, whole, hung, stiff, across):  # type: ignore[no-untyped-def]
     return ordered(s, inputs, outputs)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def command_path(s, residues, hung, across):  # type: ignore[no-untyped-def]
     """What `Path` holds of the states at the poles `s` (n,) of G, or of G with a resonator.
 
@@ -192,7 +192,7 @@ def command_path(s, residues, hung, across):  # type: ignore[no-untyped-def]
     return ordered(s, np.ones((1, len(s)), dtype=np.complex128), turning_together(s, outputs))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def resonant(poles, residues, real, own, hosted, whole, across, closed, host_across):  # type: ignore[no-untyped-def]
     """Residues of G P at the `poles` of G, at `own` and at `hosted`, P = (D / kl C S) (kl C S' / D').
 
@@ -219,7 +219,7 @@ def resonant(poles, residues, real, own, hosted, whole, across, closed, host_acr
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def numerators(poles, residues):  # type: ignore[no-untyped-def]
     """prod (s - pole) (n + 1,) and the numerators (rows, n) of sum residue / (s - pole), highest power first.
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from bayes_hw.compiled import compiled_inside, pasted
 from bayes_hw.model.lane_functions import absolute, exponential, where_less
 from bayes_hw.model.lanes import broadcast, maximum
 
@@ -14,7 +13,7 @@ SMALLEST_SLOPE = 0.25
 """Below which the slope of Newton's equation is not believed: there the axis can as well slide as stick."""
 
 
-@njit(cache=True, inline="always")
+@pasted
 def coulomb_torque(speed, response, coulomb, per_smoothing, smoothing):  # type: ignore[no-untyped-def]
     """Friction torque of this step: the one that stops the motion, at most Coulomb friction.
 
@@ -25,7 +24,7 @@ def coulomb_torque(speed, response, coulomb, per_smoothing, smoothing):  # type:
     return _torque(speed, slow, coulomb, viscous, smoothing)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def falling_torque(  # type: ignore[no-untyped-def]
     speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing
 ):
@@ -49,7 +48,7 @@ def falling_torque(  # type: ignore[no-untyped-def]
     return _torque(speed, slow, sliding, viscous, smoothing)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _torque(speed, slow, sliding, viscous, smoothing):  # type: ignore[no-untyped-def]
     """Viscous at speeds below `smoothing`, where the speed left is `slow`, the `sliding` friction above."""
     zero = broadcast(0.0)
@@ -57,14 +56,14 @@ def _torque(speed, slow, sliding, viscous, smoothing):  # type: ignore[no-untype
     return where_less(absolute(slow), smoothing, zero - viscous * slow, slides)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def _level(speed, coulomb, static, per_stribeck_speed):  # type: ignore[no-untyped-def]
     """Sliding friction at a speed: Stribeck's curve."""
     ratio = speed * per_stribeck_speed
     return coulomb * (broadcast(1.0) + static * exponential(broadcast(0.0) - ratio * ratio))
 
 
-@njit(cache=True, inline="always")
+@pasted
 def bent_bristle(  # type: ignore[no-untyped-def]
     speed, response, coulomb, static, per_stribeck_speed, falling, stiffness, bristle, step
 ):
@@ -80,7 +79,7 @@ def bent_bristle(  # type: ignore[no-untyped-def]
     return level * (bristle + step * speed) / (level + held)
 
 
-@njit(cache=True, inline="always")
+@compiled_inside(forceinline=True)
 def friction_torque(  # type: ignore[no-untyped-def]
     speed, response, coulomb, static, per_stribeck_speed, per_smoothing, smoothing, stiffness, bristle, step,
     falling, presliding,

@@ -12,8 +12,8 @@ Complex numbers are pairs of lanes here: real and imaginary part.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.model.lane_functions import absolute, angle_of, logarithm, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
 
@@ -24,35 +24,35 @@ WITHOUT_RESPONSE = 10.0
 """The log ratio where a response is not finite."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _times(a, b):  # type: ignore[no-untyped-def]
     return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _less(a, b):  # type: ignore[no-untyped-def]
     return a[0] - b[0], a[1] - b[1]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _scaled(a, factor):  # type: ignore[no-untyped-def]
     return a[0] * factor, a[1] * factor
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _by_s(a, w):  # type: ignore[no-untyped-def]
     """a times i w."""
     return broadcast(0.0) - a[1] * w, a[0] * w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _inverse(a):  # type: ignore[no-untyped-def]
     """1 / a without the care that very large and very small numbers take."""
     over = broadcast(1.0) / (a[0] * a[0] + a[1] * a[1])
     return a[0] * over, broadcast(0.0) - a[1] * over
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _keep(slopes, row, groups, slope, known, counted):  # type: ignore[no-untyped-def]
     """Store the parts of a slope in `row` and that `groups` after, zero where nothing is `known` or it is not
     `counted`."""
@@ -62,7 +62,7 @@ def _keep(slopes, row, groups, slope, known, counted):  # type: ignore[no-untype
     store(slopes, row + groups, kept * counted)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ignore[no-untyped-def]
     """Fill `ratios` (2, frequencies) with log(R / target) of the train `logs` (10,) and `slopes` (10, 2,
     frequencies) with its derivatives by the logarithms, real and imaginary parts, all in rows of lanes.
@@ -136,7 +136,7 @@ def log_ratios(logs, sign, omega, target, counted, ratios, slopes):  # type: ign
         _keep(slopes, 2 * GAIN * groups + group, groups, (one, zero), known, seen)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_inside
 def _product(rows, i, others, j, per, spare):  # type: ignore[no-untyped-def]
     """Sum of the products of `per` rows from i on with as many of `others` from j on; `spare` is one row."""
     lanes = broadcast(0.0)
@@ -149,7 +149,7 @@ def _product(rows, i, others, j, per, spare):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def solve_positive(matrix, right):  # type: ignore[no-untyped-def]
     """Write the solution (n,) of a positive definite `matrix` (n, n) over `right`, Cholesky's factor over the
     lower half of the matrix; false, and both of no use, where it is not positive definite or not finite."""
@@ -176,7 +176,7 @@ def solve_positive(matrix, right):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def matched(logs, usual, usual_sd, misfit, smallest, rounds, steps, largest, omega, target, sign):  # type: ignore[no-untyped-def]
     """`rounds` of Gauss-Newton `steps`, each with the misfit left by the last as the noise of the response.
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import ComplexArray, FloatArray, IntArray
+from bayes_hw.compiled import compiled
 
 OUTPUTS = 4
 
@@ -55,7 +55,7 @@ def states(paths: Sequence[Path], h: float, lanes: IntArray | None = None) -> St
     return States(real_count, *_stepped(real_count, *parts, h, own))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _stepped(real_count, poles, inputs, outputs, h, lanes):  # type: ignore[no-untyped-def]
     """The arrays of `States` of paths (paths, n), (paths, doors, n) and (paths, 4, n)."""
     paths, n = poles.shape
@@ -90,7 +90,7 @@ def _stepped(real_count, poles, inputs, outputs, h, lanes):  # type: ignore[no-u
     return factors, gains, shown
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def ordered(poles, inputs, outputs):  # type: ignore[no-untyped-def]
     """What `Path` holds of states in any order; what is real of a real pole's gains is kept."""
     n, doors = len(poles), len(inputs)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.case.simulator import Force
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 from bayes_hw.model.parameters import Parameter
@@ -92,7 +92,7 @@ class RigidAxis:
         return outputs
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _slowed(free, h, s):  # type: ignore[no-untyped-def]
     """Speed at the end of a step h that would end at speed `free` without friction."""
     side = 1.0 if free > 0 else -1.0
@@ -108,7 +108,7 @@ def _slowed(free, h, s):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def move(u, gain, speed, loop, h, steps, known, s, position):  # type: ignore[no-untyped-def]
     """Fill `position` (samples,) of the commands or references u, `steps` steps of h a sample.
 

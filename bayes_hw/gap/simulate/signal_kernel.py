@@ -17,20 +17,20 @@ The output side, from what the simulator returns:
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled
 from bayes_hw.gap.simulate import settings as S  # noqa: N812
 
 TAU = 2 * np.pi
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def behind_dead_zone(w, half_width):  # type: ignore[no-untyped-def]
     """What a dead zone shows of w, both numbers."""
     return max(w - half_width, 0.0) + min(w + half_width, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def command_side(u, rate, s, v):  # type: ignore[no-untyped-def]
     """Fill v (samples,) for the command u (samples,) under the settings s."""
     h = 1.0 / rate
@@ -62,7 +62,7 @@ def command_side(u, rate, s, v):  # type: ignore[no-untyped-def]
         v[k] = (1 + s[S.GAIN_CHANGE] * (1 - np.exp(-k * h / s[S.GAIN_TIME]))) * c + s[S.BIAS]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def output_side(simulated, rate, s, w, y):  # type: ignore[no-untyped-def]
     """Fill w, before the sensor's map, and y (samples,) for a simulated output under the settings s."""
     start_phase = np.sin(s[S.ECCENTRICITY_PHASE])

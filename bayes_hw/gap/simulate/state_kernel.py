@@ -10,12 +10,11 @@ made once (Astroem and Wittenmark, Computer-Controlled Systems, section 2.3).
 
 from __future__ import annotations
 
-from numba import njit
-
+from bayes_hw.compiled import compiled_inside, pasted
 from bayes_hw.model.lanes import broadcast, load, store
 
 
-@njit(cache=True, inline="always")
+@pasted
 def output_of(kind, rows, x):  # type: ignore[no-untyped-def]
     """One output of all states: x weighted by those of `rows` from row `kind` len(x) on."""
     first = kind * len(x)
@@ -25,7 +24,7 @@ def output_of(kind, rows, x):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def response_to(kind, rows, door, inputs, n):  # type: ignore[no-untyped-def]
     """What a unit input at `door` adds to output `kind` of the `n` states in a step."""
     total = broadcast(0.0)
@@ -34,7 +33,7 @@ def response_to(kind, rows, door, inputs, n):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, inline="always")
+@pasted
 def stepped(factors, inputs, door, force, real, x):  # type: ignore[no-untyped-def]
     """The states x a step later under `force` at `door`: `real` real ones, then pairs in two rows each."""
     first = door * len(x)
@@ -47,7 +46,7 @@ def stepped(factors, inputs, door, force, real, x):  # type: ignore[no-untyped-d
         store(x, i + 1, sinus * one + cosine * other + load(inputs, first + i + 1) * force)
 
 
-@njit(cache=True, inline="always")
+@pasted
 def pushed(inputs, door, force, x):  # type: ignore[no-untyped-def]
     """Add to the states x what `force`, held over a step, adds through the gains of `door`."""
     first = door * len(x)
@@ -55,7 +54,7 @@ def pushed(inputs, door, force, x):  # type: ignore[no-untyped-def]
         store(x, i, load(x, i) + load(inputs, first + i) * force)
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def later_rows(rows, by_input, kind, steps, factors, inputs, real, n):  # type: ignore[no-untyped-def]
     """Fill the rows after `kind` with the same output 1 to `steps` steps later, and `by_input` (rows,) with
     what a unit input held so long adds to it."""
@@ -72,7 +71,7 @@ def later_rows(rows, by_input, kind, steps, factors, inputs, real, n):  # type: 
             store(rows, after + i + 1, other * cosine - one * sinus)
 
 
-@njit(cache=True, inline="always")
+@compiled_inside
 def repeated(factors, inputs, steps, real, all_factors, all_inputs):  # type: ignore[no-untyped-def]
     """Fill `all_factors` and `all_inputs` with those of `steps` steps under one held input."""
     all_inputs[:] = 0.0

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.simulate.state_kernel import output_of, stepped
 from bayes_hw.model.lane_functions import absolute, cosine, sine, where_less
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def turns_of(angles, turns):  # type: ignore[no-untyped-def]
     """Fill turns (samples, 2 LANES) with the cosines, then sines of 0, 1, ... LANES - 1 times `angles`."""
     for k in range(len(angles)):
@@ -21,7 +21,7 @@ def turns_of(angles, turns):  # type: ignore[no-untyped-def]
             real, imaginary = real * by - imaginary * across, real * across + imaginary * by
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _factors_of_samples(frequency, places, moves, scale, nodes, factors):  # type: ignore[no-untyped-def]
     """Fill factors (2 + nodes, samples in LANES) with the cosine and sine of the wave of `frequency` at
     `places`, times `scale`, and with sinc(move node), all of them (samples in LANES)."""
@@ -36,7 +36,7 @@ def _factors_of_samples(frequency, places, moves, scale, nodes, factors):  # typ
             store(factors, (2 + i) * groups + at, mean)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def wave_responses(  # type: ignore[no-untyped-def]
     frequency,
     places,
@@ -92,7 +92,7 @@ def wave_responses(  # type: ignore[no-untyped-def]
             stepped(factors, inputs, 0, wave_cosine, real_count, by_cosine)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def add_products(white, products):  # type: ignore[no-untyped-def]
     """Add to products (3, LANES) those of sines and of cosines with themselves, and of sines with cosines,
     given the sines and then the cosines white (samples, 2 LANES)."""

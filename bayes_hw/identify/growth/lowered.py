@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.record import Record
 
 
@@ -66,7 +66,7 @@ def beyond(u: FloatArray, lower: float, upper: float) -> tuple[FloatArray, Float
     return below, above
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _mean_clipped(u, lower, upper, mean):  # type: ignore[no-untyped-def]
     for k in range(len(u)):
         total = 0.0
@@ -75,7 +75,7 @@ def _mean_clipped(u, lower, upper, mean):  # type: ignore[no-untyped-def]
         mean[k] = total / u.shape[1]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _shares_beyond(u, lower, upper, below, above):  # type: ignore[no-untyped-def]
     for k in range(len(u)):
         low = high = 0

@@ -11,13 +11,13 @@ d w_s / d b_i = q^i v / A, and a limit of v acts through the same filters on the
 
 from __future__ import annotations
 
-from numba import njit
+from bayes_hw.compiled import compiled
 
 WHITENED_AT_ONCE = 512
 """Samples of a row, which are whitened by all coefficients before the next."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue):  # type: ignore[no-untyped-def]
     """w += residue times the running sum of v up to the sample before; `state` (4,): sums of v, of the
     samples below and above the limits, and the part of w before the first sample."""
@@ -33,7 +33,7 @@ def integrate(v, below, above, residue, state, w, to_lower, to_upper, to_residue
     state[0], state[1], state[2] = total, low, high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def first_order(  # type: ignore[no-untyped-def]
     v, below, above, pole, residue, slope, state, w, to_lower, to_upper, to_pole, to_residue
 ):
@@ -54,7 +54,7 @@ def first_order(  # type: ignore[no-untyped-def]
     state[0], state[1], state[2], state[3] = x, low, high, z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def second_order(  # type: ignore[no-untyped-def]
     v, below, above, section, slopes, state, w, to_lower, to_upper, to_first, to_second, to_b1, to_b2
 ):
@@ -77,7 +77,7 @@ def second_order(  # type: ignore[no-untyped-def]
     state[:] = x1, x2, l1, l2, h1, h2, z1, z2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def free_first_order(pole, start, slope, state, w, to_pole, to_start):  # type: ignore[no-untyped-def]
     """The free response of a first-order part, begun at `start`; `state` (2,): that of a unit start and its
     derivative by the pole at the next sample."""
@@ -91,7 +91,7 @@ def free_first_order(pole, start, slope, state, w, to_pole, to_start):  # type: 
     state[:] = unit, turned
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def free_second_order(  # type: ignore[no-untyped-def]
     section, slopes, starts, state, w, to_first, to_second, to_start, to_next
 ):
@@ -113,7 +113,7 @@ def free_second_order(  # type: ignore[no-untyped-def]
     state[:] = g0, g1, h0, h1, d0, d1, e0, e1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def respond(v, residue, real, sections, starts, w):  # type: ignore[no-untyped-def]
     """w alone: `real` (2, n): poles and residues; `sections` (4, n); `starts`: what integrator, real poles
     and sections begin with as in the functions above, or nothing."""
@@ -151,7 +151,7 @@ def respond(v, residue, real, sections, starts, w):  # type: ignore[no-untyped-d
             free, after = after, a1 * after - a2 * free
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def filtered_pair(v, a1, a2, once, twice):  # type: ignore[no-untyped-def]
     """s(k-1) and s(k-2) of one second-order denominator, from rest."""
     x1 = x2 = 0.0
@@ -160,7 +160,7 @@ def filtered_pair(v, a1, a2, once, twice):  # type: ignore[no-untyped-def]
         x1, x2 = v[k] + a1 * x1 - a2 * x2, x1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def filtered_pole(v, pole, once):  # type: ignore[no-untyped-def]
     """r(k) of one real pole with unit residue, from rest."""
     x = 0.0
@@ -169,7 +169,7 @@ def filtered_pole(v, pole, once):  # type: ignore[no-untyped-def]
         x = v[k] + pole * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(nogil=True, fastmath={"contract"})
 def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untyped-def]
     """Innovations of every row of `rows` (n, samples) from sample `first` on, `result` (n, samples - first).
 
@@ -211,7 +211,7 @@ def whiten(rows, first, coefficients, scales, result):  # type: ignore[no-untype
             begin = end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def gate(w, half_width, rows):  # type: ignore[no-untyped-def]
     """Rows of derivatives of w (n, samples) become those of y, in place: nothing passes a dead zone."""
     for c in range(rows.shape[0]):

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.plant.beam.drive import (
     DEMAND,
     INPUTS,
@@ -115,7 +115,7 @@ class BeamRun(RecordRun):
         return reading
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled_inside  # type: ignore[untyped-decorator]
 def _torques(
     x: FloatArray,
     v: float,
@@ -142,7 +142,7 @@ def _torques(
     inputs[DEMAND] += demand_correction(demand, outside, physics)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@compiled  # type: ignore[untyped-decorator]
 def integrate_beam(
     transition: FloatArray,
     forcing: FloatArray,

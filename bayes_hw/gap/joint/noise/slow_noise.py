@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.optimize import minimize
 
 from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.compiled import compiled
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.holes import without_holes
 
@@ -278,7 +278,7 @@ def _partial(covariance: FloatArray) -> FloatArray:
     return partial
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def _levinson(covariance, most, partial):  # type: ignore[no-untyped-def]
     order = len(partial)
     phi, before, variance = np.zeros(order), np.zeros(order), covariance[0]

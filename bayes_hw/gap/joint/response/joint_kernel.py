@@ -21,8 +21,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of, torque_of_memory
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
@@ -33,6 +33,7 @@ from bayes_hw.gap.joint.response.state_kernel import (
     by_rows,
     entering,
     identity,
+    moving_columns,
     own_columns,
     seen,
     signal_sources,
@@ -45,7 +46,7 @@ WRITTEN_AT_ONCE = 32
 """Samples of tangents that are collected before they are written row by row."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def respond_jointly(  # type: ignore[no-untyped-def]
     u, static, inputs, outputs, residue, real, sections, laws, bases, thetas, port_real, port_sections,
     direct, signal_real, signal_sections, forced, forced_by_lag, steps, columns, c_static, c_inputs,
@@ -94,10 +95,13 @@ def respond_jointly(  # type: ignore[no-untyped-def]
         c_signal_sections,
     )  # fmt: skip
     turned_rows, turned_by, turns = by_rows(turned_by, turns, n_laws)
-    remembers = bool(np.any(looks[1:, at_before] != 0.0))
+    # `own` is the speed that a unit of a torque makes up over the step that it acts on.
+    remembers, own = False, np.zeros(n_laws)
+    for j in range(n_laws):
+        remembers = remembers or looks[1 + j, at_before] != 0.0
+        for i in range(states):
+            own[j] += steps * (enters[1 + j, i] * looks[0, i])
     of_own = own_columns(blocks, c_direct, c_port_real, c_port_sections)
-    # The speed that a unit of a torque makes up over the step that it acts on.
-    own = steps * np.sum(enters[1:] * looks[0, :states], axis=1)
     early = late = out = 0.0
     gain, ratio = inputs[K.CHANGE], math.exp(outputs[K.LOG_RATIO])
     wave, limit_wave = outputs[K.WAVENUMBER], inputs[K.LIMIT_WAVENUMBER]
@@ -115,11 +119,8 @@ def respond_jointly(  # type: ignore[no-untyped-def]
     has_change = c_inputs[K.CHANGE] >= 0 or gain != 0.0
     has_play = c_outputs[K.PLAY] >= 0 or outputs[K.PLAY] > 0.0
     has_settling = c_outputs[K.SETTLING] >= 0 or outputs[K.SETTLING] != 0.0
-    if limits_move:
-        moving, remembers = np.arange(columns), True
-    else:
-        moving = np.concatenate((c_static[:2], c_inputs))
-        moving = moving[moving >= 0] if tangents else moving[:0]
+    remembers = remembers or limits_move
+    moving = moving_columns(columns, limits_move, c_static, c_inputs)
     d_seen, of_seen = (d_out, of_out) if has_play else (d_w, of_w)
     share, sample, within = 1.0 / steps, 0, 0
     for _ in range(len(u) * steps):

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from bayes_hw.compiled import compiled
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def law_of(law, q, w, t0, t1, t2, memory, share, slopes):  # type: ignore[no-untyped-def]
     """Torque of a law over a step of `share` of a sample, its memory after it, and derivatives of the torque
     by q, w, t0, t1 and t2.
@@ -93,7 +92,7 @@ def law_of(law, q, w, t0, t1, t2, memory, share, slopes):  # type: ignore[no-unt
     return tau, memory, by_q, by_w, by_t0, by_t1, by_t2, by_memory
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def torque_of_memory(law, memory, t0):  # type: ignore[no-untyped-def]
     """Derivatives of a torque by its memory and, the memory held, by t0."""
     if law == K.BRISTLE:
@@ -101,7 +100,7 @@ def torque_of_memory(law, memory, t0):  # type: ignore[no-untyped-def]
     return 1.0 / t0, -memory / t0**2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def held_back(speed, own, t0, t1, t2, stribeck):  # type: ignore[no-untyped-def]
     """Friction's torque where the coming step's `speed` without it changes by `own` with a unit of it, and
     its derivatives by the speed, own, t0, t1 and t2: in proportion up to the smoothing speed,

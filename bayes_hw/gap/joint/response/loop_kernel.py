@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.response.law_kernel import held_back, law_of
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
@@ -18,7 +18,7 @@ from bayes_hw.gap.joint.response.state_kernel import own_difference
 from bayes_hw.model.controller_kernel import STATES, next_command, start_at_rest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def limited_command(  # type: ignore[no-untyped-def]
     asked, w, speed, lower, upper, ins, early, late, held, steps, begins
 ):
@@ -49,7 +49,7 @@ def limited_command(  # type: ignore[no-untyped-def]
     return v, early, late, held
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
     """Every sample's `limited_command` (samples,) of the delayed command u along w (samples,)."""
     found = np.empty(len(u))
@@ -62,7 +62,7 @@ def limited_commands(u, w, lower, upper, ins):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def loop_jointly(  # type: ignore[no-untyped-def]
     numbers, controller_sections, ratio, delay, reference, noise, start, static, inputs, outputs, residue,
     real, sections, laws, bases, thetas, port_real, port_sections, direct, signal_real, signal_sections,

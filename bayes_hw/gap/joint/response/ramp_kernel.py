@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from numba import njit
+from bayes_hw.compiled import compiled_inside
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def ramped(target, before, slowness):  # type: ignore[no-untyped-def]
     """Mean of a ramp from `before` towards `target` over one sample and its value at the end, with their
     derivatives by the slowness (samples per unit) and by the value before."""
@@ -20,7 +20,7 @@ def ramped(target, before, slowness):  # type: ignore[no-untyped-def]
     return before + reach / 2, before + reach, by_slowness / 2, 1.0, by_slowness, 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def ramped_within(target, before, slowness, lowest, highest):  # type: ignore[no-untyped-def]
     """Mean over one sample of a ramp from `before` towards `target` that is limited behind, its derivatives
     by both limits, by the slowness (samples per unit) and by the value before; the ramp's value at the end
@@ -63,7 +63,7 @@ def ramped_within(target, before, slowness, lowest, highest):  # type: ignore[no
     return mean, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def _limited_integral(x, lowest, highest):  # type: ignore[no-untyped-def]
     """Antiderivative at x of the limiter, and its derivatives by both limits."""
     if x > highest:

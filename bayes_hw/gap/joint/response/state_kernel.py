@@ -7,8 +7,8 @@ before. *Carriers* are the states, the command v behind the input's effects, and
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from bayes_hw.compiled import compiled, compiled_inside, pasted
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
 
@@ -16,7 +16,7 @@ NOTHING = 1e-290
 """Of which sixteen digits are left off a number that fades."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def entering(residue, real, sections, port_real, port_sections, direct):  # type: ignore[no-untyped-def]
     """Weights (1 + laws, states) by which v and every torque enter the states; numbers as
     `joint_kernel.respond_jointly` has them."""
@@ -37,14 +37,14 @@ def entering(residue, real, sections, port_real, port_sections, direct):  # type
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(nogil=True)
 def seen(residue, real, sections, laws, bases, direct, signal_real, signal_sections, steps):  # type: ignore[no-untyped-def]
     """Weights (1 + laws, states + 1) of the states, and of v, in w and in every law's signal."""
     n, m, count = real.shape[1], sections.shape[1], len(laws)
     states = n + 2 * m + count + 2
     found = np.zeros((1 + count, states + 1))
-    found[0, : states - 2] = 1.0
-    found[0, states - 2] = 1.0
+    for i in range(states - 1):
+        found[0, i] = 1.0
     for i in range(m):
         found[0, n + 2 * i + 1] = 0.0
     for j in range(count):
@@ -75,7 +75,8 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
                 e1, e2, _, _, _, _ = own_difference(sections[0, i], sections[1, i], power)
                 q[n + 2 * i], q[n + 2 * i + 1] = scaled * e1, scaled * e2
         elif bases[j] == K.BASE_MOTOR:
-            q[:n] = 1.0
+            for i in range(n):
+                q[i] = 1.0
             q[states - 2] = 1.0
         else:
             for i in range(states + 1):
@@ -88,7 +89,20 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
+def _present(where, weights, count):  # type: ignore[no-untyped-def]
+    """The sources of the first `count` whose column is there, moved to the front."""
+    found = 0
+    for i in range(count):
+        if where[1, i] >= 0:
+            for row in range(3):
+                where[row, found] = where[row, i]
+            weights[found] = weights[i]
+            found += 1
+    return where[:, :found], weights[:found]
+
+
+@compiled_inside
 def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct):  # type: ignore[no-untyped-def]
     """Where columns of tangents are fed: state, column and carrier (3, n), and signs (n,)."""
     n, m, laws = c_real.shape[1], c_sections.shape[1], len(c_direct)
@@ -96,7 +110,7 @@ def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c
     where = np.empty((3, 1 + 2 * n + 4 * m + laws * (n + 2 * m + 2)), dtype=np.int64)
     signs = np.ones(where.shape[1])
     for i in range(n):
-        where[0, at : at + 2] = i
+        where[0, at], where[0, at + 1] = i, i
         where[1, at], where[2, at] = c_real[0, i], i
         where[1, at + 1], where[2, at + 1] = c_real[1, i], states
         at += 2
@@ -116,16 +130,15 @@ def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c
                 where[2, at] = states + 1 + j
                 at += 1
         path = n + 2 * m + j
-        where[0, at : at + 2] = path
+        where[0, at], where[0, at + 1] = path, path
         where[1, at], where[2, at] = c_direct[j, 0], states + 1 + j
         where[1, at + 1], where[2, at + 1] = c_direct[j, 1], path
         at += 2
     where[0, at], where[1, at], where[2, at] = states - 2, c_residue, states
-    present = where[1] >= 0
-    return where[:, present], signs[present]
+    return _present(where, signs, at + 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def signal_sources(  # type: ignore[no-untyped-def]
     real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
     c_signal_sections,
@@ -172,13 +185,12 @@ def signal_sources(  # type: ignore[no-untyped-def]
                 where[1, at], where[2, at] = c_signal_sections[j, k, i], n + 2 * i + k
                 weights[at] = 1.0
                 at += 1
-        where[0, begin:at] = j
-    where, weights = where[:, :at], weights[:at]
-    present = where[1] >= 0
-    return where[:, present], weights[present]
+        for i in range(begin, at):
+            where[0, i] = j
+    return _present(where, weights, at)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def zeros(rows):  # type: ignore[no-untyped-def]
     """(rows, LANES) aligned."""
     found = aligned_rows(rows)
@@ -187,7 +199,7 @@ def zeros(rows):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def identity():  # type: ignore[no-untyped-def]
     """(LANES, LANES): a row for every lane."""
     found = zeros(LANES)
@@ -196,20 +208,26 @@ def identity():  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@pasted
 def add(rows, row, lane, value, units):  # type: ignore[no-untyped-def]
     """Added to one number of a row that is read as a whole soon after: a processor waits for a number that
     was written by itself until it has left for the cache."""
     store(rows, row, load(rows, row) + load(units, lane) * broadcast(value))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
     """Sources of tangents, `where` (3, n) as `state_sources` has them, by the rows of LANES columns that they
     act on, `count` rows a block: rows and where the sources of each begin (2, rows + 1); lane and carrier
     (2, n) of every source, and weights (n,), in that order."""
-    row = where[1] // LANES * count + where[0]
-    order = np.argsort(row)
+    row, order = np.empty(len(weights), np.int64), np.empty(len(weights), np.int64)
+    for i in range(len(weights)):
+        row[i] = where[1, i] // LANES * count + where[0, i]
+        place = i
+        while place > 0 and row[order[place - 1]] > row[i]:
+            order[place] = order[place - 1]
+            place -= 1
+        order[place] = i
     rows, found = np.zeros((2, len(row) + 1), dtype=np.uint64), 0
     sources, ordered = np.empty((2, len(row)), dtype=np.uint64), np.empty(len(row))
     for i in range(len(order)):
@@ -222,7 +240,7 @@ def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
     return rows[:, : found + 1].copy(), sources, ordered
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def add_sources(values, rows, sources, weights, carried, units, kept):  # type: ignore[no-untyped-def]
     """What the carriers bring, written to the rows that have sources (see `by_rows`), added to what stands
     there where that is `kept`."""
@@ -235,27 +253,45 @@ def add_sources(values, rows, sources, weights, carried, units, kept):  # type: 
         store(values, rows[0, r], found)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
+def moving_columns(columns, limits_move, c_static, c_inputs):  # type: ignore[no-untyped-def]
+    """The columns that move the command: all where limits depend on the angle, none without tangents."""
+    found, count = np.empty(columns, np.int64), 0
+    for c in range(columns):
+        moves = limits_move or c == c_static[0] or c == c_static[1]
+        for other in c_inputs:
+            moves = moves or c == other
+        if moves:
+            found[count] = c
+            count += 1
+    return found[:count]
+
+
+@compiled_inside
 def own_columns(blocks, c_direct, c_port_real, c_port_sections):  # type: ignore[no-untyped-def]
     """(blocks * laws, LANES): one for every weight by which a torque is part of w a step on."""
-    laws = len(c_direct)
+    laws, n, m = len(c_direct), c_port_real.shape[1], c_port_sections.shape[2]
     found = zeros(blocks * laws)
     for j in range(laws):
-        columns = np.concatenate((c_direct[j, :1], c_port_real[j], c_port_sections[j, 0]))
-        for c in columns:
+        for i in range(1 + n + m):
+            c = c_direct[j, 0]
+            if i > n:
+                c = c_port_sections[j, 0, i - 1 - n]
+            elif i > 0:
+                c = c_port_real[j, i - 1]
             if c >= 0:
                 found[c // LANES * laws + j, c % LANES] = 1.0
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@pasted
 def faded(values):  # type: ignore[no-untyped-def]
     """Lanes, zero for numbers that are next to none: what fades by itself would end among numbers that a
     processor handles a hundred times as slowly."""
     return (values + broadcast(NOTHING)) - broadcast(NOTHING)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def advance_tangents(  # type: ignore[no-untyped-def]
     real, sections, direct, enters, looks, laws, d_state, fed, d_taus, d_v, drives, d_w, d_signals, at_direct
 ):
@@ -341,7 +377,7 @@ def advance_tangents(  # type: ignore[no-untyped-def]
                 store(d_signals, of_law + j, seen)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled_inside
 def own_difference(a1, a2, power):  # type: ignore[no-untyped-def]
     """Weights of both states of a section in the difference of order 2 or 3 by which its output goes on by
     itself, and their derivatives by a1 and a2 in turn."""
