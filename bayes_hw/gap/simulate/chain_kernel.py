@@ -77,7 +77,7 @@ def _wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     return value
 
 
-@compiled_inside
+@pasted
 def _reading_wave(s, first, second, angle):  # type: ignore[no-untyped-def]
     """A sine of the angle, with its second harmonic where `second` is true, zero at the angle zero."""
     turns = broadcast(TAU) * angle / load(s, first + 1)
