@@ -12,9 +12,10 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.experiment import Experiment, moving_samples
 from bayes_hw.identify.growth.delay import at_better_delay, at_longest_delay
+from bayes_hw.identify.growth.extension import with_single_poles, without_real_pole
 from bayes_hw.identify.growth.lowered import lowered
-from bayes_hw.identify.growth.search import Grown, pruned
-from bayes_hw.identify.growth.slow_poles import with_real_poles
+from bayes_hw.identify.growth.search import Grown
+from bayes_hw.identify.growth.slow_poles import slow_time_constants, with_real_poles
 from bayes_hw.record import Record
 
 FASTEST = 0.02
@@ -164,10 +165,26 @@ def with_own_delay(start: Grown, factor: int) -> Grown:
     multiple of `factor` samples, and poles make up for the rest."""
     best = start
     while True:
-        moved = at_better_delay(pruned(best), factor)
+        moved = at_better_delay(without_fast_poles(best), factor)
         if moved is best:
             return at_longest_delay(best)
         best = moved
+
+
+def without_fast_poles(item: Grown) -> Grown:
+    """`item` without the real poles, one at a time, that its criterion does not ask for; slow ones, which are
+    kept for what they have in common with a dead zone, stay."""
+    records, most_noise = item.response.records, item.point.most_noise
+    shortest, _ = slow_time_constants(item)
+    while True:
+        structure, values = with_single_poles(item.structure, item.values)
+        fast = np.flatnonzero(values.real[0] < np.exp(-1 / shortest))
+        fewer = [without_real_pole(structure, values, int(number)) for number in fast]
+        trials = [Grown.at(*one, records, most_noise).descended() for one in fewer]
+        best = min([item, *trials], key=lambda trial: trial.criterion)
+        if best is item:
+            return item
+        item = best
 
 
 def _beginning(record: Record, share: float) -> Record:

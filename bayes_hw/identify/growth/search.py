@@ -22,7 +22,6 @@ from bayes_hw.identify.growth.extension import (
     repaired,
     with_real_pole,
     with_section,
-    with_single_poles,
     without_real_pole,
     without_section,
 )
@@ -277,19 +276,6 @@ def without_each_part(item: Grown) -> list[Grown]:
     fewer += [without_section(structure, values, i) for i in range(structure.sections)]
     records, most_noise = item.response.records, item.point.most_noise
     return [Grown.at(*one, records, most_noise) for one in fewer]
-
-
-def pruned(item: Grown) -> Grown:
-    """`item` without the sections and real poles, one at a time, that its criterion does not ask for."""
-    records, most_noise = item.response.records, item.point.most_noise
-    while True:
-        parted = with_single_poles(item.structure, item.values)
-        fewer = without_each_part(Grown.at(*parted, records, most_noise))
-        ranked = sorted((one.descended(ROUNDS[0][0]) for one in fewer), key=lambda one: one.criterion)
-        best = min([item, *(one.descended() for one in ranked[:1])], key=lambda one: one.criterion)
-        if best is item:
-            return item
-        item = best
 
 
 def extended(current: Grown, candidate: Candidate) -> Grown:

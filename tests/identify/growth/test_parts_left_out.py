@@ -14,11 +14,10 @@ from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.identify.growth.search import (
     Grown,
     extended,
-    pruned,
     with_smaller_ones,
     without_each_part,
 )
-from bayes_hw.identify.long_records import with_own_delay
+from bayes_hw.identify.long_records import with_own_delay, without_fast_poles
 from bayes_hw.record import Record
 
 STRUCTURE = Structure(1, integrator=True, real_poles=1, sections=1)
@@ -74,12 +73,19 @@ def test_a_section_of_two_real_poles_parts_without_a_change(grown: Grown) -> Non
     np.testing.assert_allclose(before, after, atol=1e-9)
 
 
-def test_parts_that_nothing_asks_for_go(grown: Grown) -> None:
+def test_fast_poles_that_nothing_asks_for_go(grown: Grown) -> None:
     """A pole that alternates and one of a section, both without weight; what the records show stays."""
     structure, values = with_separate_pole(*with_section(STRUCTURE, VALUES, 1.3, 0.4), -0.99)
-    found = pruned(Grown.at(structure, values, grown.response.records).descended())
+    found = without_fast_poles(Grown.at(structure, values, grown.response.records).descended())
     assert (found.structure.real_poles, found.structure.sections) == (1, 1)
     assert found.log_likelihood > grown.descended().log_likelihood - 1
+
+
+def test_slow_poles_stay_though_nothing_asks_for_them(grown: Grown, monkeypatch: pytest.MonkeyPatch) -> None:
+    structure, values = with_separate_pole(*with_separate_pole(STRUCTURE, VALUES, 0.99), 0.97)
+    monkeypatch.setattr(Grown, "descended", lambda self: self)
+    found = without_fast_poles(Grown.at(structure, values, grown.response.records))
+    assert sorted(found.values.real[0]) == [0.7, 0.97, 0.99]
 
 
 @pytest.mark.parametrize("wrong", [-1, 3])
