@@ -166,8 +166,8 @@ def with_own_delay(start: Grown, factor: int) -> Grown:
     best = start
     while True:
         moved = at_better_delay(without_fast_poles(best), factor)
-        if moved is best:
-            return at_longest_delay(best)
+        if moved.structure == best.structure:
+            return at_longest_delay(moved)
         best = moved
 
 
