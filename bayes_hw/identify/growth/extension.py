@@ -90,18 +90,23 @@ def without_section(
     return smaller, replace(values, sections=np.delete(values.sections, number, axis=1), starts=starts)
 
 
+def with_parted_section(
+    structure: Structure, values: CascadeValues, number: int
+) -> tuple[Structure, CascadeValues]:
+    """A section of two real poles as two of their own, at rest."""
+    section = values.sections[:, number]
+    structure, values = without_section(structure, values, number)
+    for pole, residue in fractions_of(section):
+        structure, values = with_separate_pole(structure, values, pole, residue)
+    return structure, values
+
+
 def with_single_poles(structure: Structure, values: CascadeValues) -> tuple[Structure, CascadeValues]:
-    """Every section of two real poles as two of their own, at rest, unless they all but coincide."""
-    number = 0
-    while number < structure.sections:
-        section = values.sections[:, number]
-        apart = section[0] ** 2 / 4 - section[1] > COINCIDING**2 / 4
-        if not apart:
-            number += 1
-            continue
-        structure, values = without_section(structure, values, number)
-        for pole, residue in fractions_of(section):
-            structure, values = with_separate_pole(structure, values, pole, residue)
+    """Every section of two real poles parted, unless they all but coincide."""
+    for number in reversed(range(structure.sections)):
+        a1, a2 = values.sections[:2, number]
+        if a1 * a1 / 4 - a2 > COINCIDING**2 / 4:
+            structure, values = with_parted_section(structure, values, number)
     return structure, values
 
 

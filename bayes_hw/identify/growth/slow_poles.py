@@ -24,7 +24,7 @@ from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import poles_of, section_poles
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.descent import evaluate
-from bayes_hw.identify.growth.extension import fractions_of, with_separate_pole, without_section
+from bayes_hw.identify.growth.extension import with_parted_section, with_separate_pole, without_section
 from bayes_hw.identify.growth.held_poles import fitted_with_held_poles
 from bayes_hw.identify.growth.score_test import Residual
 from bayes_hw.identify.growth.search import Grown, halved
@@ -57,12 +57,9 @@ def joined_to_integrator(
     if not structure.integrator:
         return structure, values
     for number in reversed(range(structure.sections)):
-        section = values.sections[:, number]
-        poles = section_poles(*section[:2])
+        poles = section_poles(*values.sections[:2, number])
         if np.all(poles.imag == 0) and stands_in(poles.real, longest).any():
-            structure, values = without_section(structure, values, number)
-            for pole, residue in fractions_of(section):
-                structure, values = with_separate_pole(structure, values, pole, residue)
+            structure, values = with_parted_section(structure, values, number)
     kept = ~stands_in(values.real[0], longest)
     if kept.all():
         return structure, values

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.leading_sample import first_samples
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_draws
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
@@ -101,9 +102,9 @@ def base_quantities(fit: JointFit, values: JointValues, sections: list[int], rat
 
 def linear_block_gain(fit: JointFit, values: JointValues) -> float:
     """Leading coefficient of G's numerator: the first sample of its impulse response that is not zero."""
-    c = values.cascade
-    first = c.integrator_residue + c.real[1].sum() + c.sections[2].sum()
-    return float(first) if fit.structure.order else float(linear_block(fit.structure, c).gain)
+    if fit.structure.order:
+        return float(first_samples(values)[0])
+    return float(linear_block(fit.structure, values.cascade).gain)
 
 
 def static_gain(effect: Effect, values: JointValues, samples: int) -> float:
