@@ -90,6 +90,7 @@ def main() -> None:
         | {
             "axes": recovered["wide"],
             "twins": {name: recovered[name] for name in ("twin", "twin_capped")},
+            "others": {name: recovered[name] for name in ("effect_free", "in_motion")},
             "ranks": {
                 "right": ranks.right.to_dict(),
                 **{name: summary.to_dict() for name, summary in ranks.wrong.items()},
