@@ -17,5 +17,9 @@ compiled: Any = partial(njit, cache=True, error_model="numpy", no_cfunc_wrapper=
 compiled_inside: Any = partial(compiled, no_cpython_wrapper=True)
 """For functions that compiled ones alone call."""
 
+compiled_loop: Any = partial(compiled_inside, _nrt=False)
+"""For loops over arrays that their caller holds: nothing is allocated, and nobody counts who holds what,
+which in a loop of a few nanoseconds a turn costs more than its arithmetic."""
+
 pasted: Any = partial(compiled, inline="always")
 """For small ones that numba writes into their callers; there they are read and typed anew at every place."""

@@ -11,7 +11,7 @@ from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
     from bayes_hw.gap.answer.corrected_train import TrainSimulation
-    from bayes_hw.gap.joint.response.packed_axis import Simulated
+    from bayes_hw.gap.joint.response.kernel_numbers import Simulated
     from bayes_hw.model.hammerstein_wiener import Simulation
 
 NAME = "simulate"

@@ -22,7 +22,7 @@ from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import effect_quantities, gain_and_lag
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, Ports
-from bayes_hw.gap.joint.response.packed_axis import Simulated
+from bayes_hw.gap.joint.response.kernel_numbers import Simulated
 from bayes_hw.gap.joint.search.known_input import form_named
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.identify.cascade import Structure

@@ -24,7 +24,7 @@ from bayes_hw.gap.joint.forms.effect_form import Place
 from bayes_hw.gap.joint.posterior.torque_scale import acceleration_of_unit
 from bayes_hw.gap.joint.response.effect_paths import limited_and_gain, through_drive, through_port
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.response.packed_axis import Simulated
+from bayes_hw.gap.joint.response.kernel_numbers import Simulated
 from bayes_hw.identify.holes import without_holes
 
 View: TypeAlias = Callable[[Seen, str], EffectView]
@@ -158,7 +158,7 @@ def _curve(seen: Seen, label: str) -> EffectView:
     x: list[FloatArray] = []
     paths: list[Rows] = []
     for run, u in zip(seen.runs(values), seen.delayed_commands(), strict=True):
-        limited, gain = limited_and_gain(values, fit.response.scale, u, run.w)
+        limited, gain = limited_and_gain(fit.response.packed(values), u, run.w)
         x.append(limited)
         paths.append(
             lambda rows, run=run, gain=gain: run.slope * through_drive(fit.structure, values, rows * gain)  # type: ignore[misc]

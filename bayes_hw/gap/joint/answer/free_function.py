@@ -18,7 +18,7 @@ from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.gap.joint.response.packed_axis import Simulated
+from bayes_hw.gap.joint.response.kernel_numbers import Simulated
 from bayes_hw.identify.holes import mask_of
 from bayes_hw.record import Record
 

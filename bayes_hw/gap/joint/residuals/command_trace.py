@@ -61,11 +61,11 @@ def last_direction(command: FloatArray) -> FloatArray:
 def _responses(fit: JointFit, number: int) -> list[FloatArray]:
     """Derivatives of one record's weighted output: by the logarithm of both limits from every instant on
     (instants, samples), by that of the command's gain likewise, by half of its play (1, samples)."""
-    values, scale, record = fit.values, fit.response.scale, fit.response.records[number]
+    values, record = fit.values, fit.response.records[number]
     run = fit.response.along(values, number)
     late = fit.structure.delay_samples
     asked = np.concatenate([np.zeros(late), record.u[: len(record) - late]])
-    limited, gain = limited_and_gain(values, scale, asked, run.w)
+    limited, gain = limited_and_gain(fit.response.packed(values), asked, run.w)
     within = limited == asked
     later = (np.arange(len(record)) >= len(record) * np.array(INSTANTS)[:, None]).astype(np.float64)
     weights = fit.response.weights

@@ -108,7 +108,7 @@ def _uses(fit: JointFit, number: int) -> FloatArray:
     record, run = fit.response.records[number], fit.response.along(fit.values, number)
     late = fit.structure.delay_samples
     asked = np.concatenate([np.zeros(late), record.u[: len(record) - late]])
-    limited, _ = limited_and_gain(fit.values, fit.response.scale, asked, run.w)
+    limited, _ = limited_and_gain(fit.response.packed(fit.values), asked, run.w)
     speed = np.gradient(run.w)
     met = (limited != asked).astype(np.float64)
     turned = np.diff(np.sign(speed), prepend=np.sign(speed[0])) != 0

@@ -9,24 +9,19 @@ from scipy.signal import lfilter
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import JointScale
+from bayes_hw.gap.joint.response.input_kernel import limited_commands
 from bayes_hw.gap.joint.response.joint_values import DIRECT_POLE, Effect, JointValues
-from bayes_hw.gap.joint.response.loop_kernel import limited_commands
+from bayes_hw.gap.joint.response.packed_axis import PackedAxis
 from bayes_hw.identify.cascade import Structure
 
 
-def limited_and_gain(
-    values: JointValues, scale: JointScale, u: FloatArray, w: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def limited_and_gain(packed: PackedAxis, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The delayed command `u` (samples,) behind its limits of size and rate while the axis is at `w`
     (samples,), before its curve; and the factor (samples,) that a drift of the gain puts behind the curve."""
-    rows, c = K.idle_inputs(), values.cascade
-    for effect in values.effects:
-        if effect.form.place == "input":
-            for slot, value in zip(effect.form.slots(scale), effect.values, strict=True):
-                rows[slot.row] = value
-    gain = 1 + rows[K.CHANGE] * (1 - np.exp(-np.arange(len(u)) / rows[K.WARMING]))
-    return limited_commands(u, w, c.lower, c.upper, rows), gain
+    axis = packed.axis()
+    change, warming = axis.inputs[K.CHANGE], axis.inputs[K.WARMING]
+    gain = 1 + change * (1 - np.exp(-np.arange(len(u)) / warming))
+    return limited_commands(u, w, axis, packed.no_columns), gain
 
 
 def through_drive(structure: Structure, values: JointValues, rows: FloatArray) -> FloatArray:

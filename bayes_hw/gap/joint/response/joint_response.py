@@ -17,7 +17,8 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.noise.slow_noise import SlowNoise
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.response.packed_axis import PackedAxis, Simulated
+from bayes_hw.gap.joint.response.kernel_numbers import Simulated
+from bayes_hw.gap.joint.response.packed_axis import PackedAxis
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener

@@ -5,7 +5,7 @@ Columns are in the order of the coordinates of `joint_response`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,22 +16,10 @@ from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, JointScale
 from bayes_hw.gap.joint.response.joint_kernel import respond_jointly
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.response.within_sample import Columns, Paths, Stepped
+from bayes_hw.gap.joint.response.kernel_numbers import Axis, Columns, Laws, PathColumns, Paths, Simulated
+from bayes_hw.gap.joint.response.within_sample import Stepped
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.model.known_input import delayed_column
-
-
-@dataclass(frozen=True, eq=False)
-class Simulated:
-    """What one record's simulation gives, each of shape (samples,); `slope` is dy/dw. `torques` and `signals`
-    (laws, samples) are what the laws of its torques give and look at."""
-
-    v: FloatArray
-    w: FloatArray
-    y: FloatArray
-    slope: FloatArray
-    torques: FloatArray
-    signals: FloatArray
 
 
 def _columns(*shape: int) -> IntArray:
@@ -122,6 +110,15 @@ class _Numbers:
             c[...] = np.maximum(c - first, -1)
         self.c_residue = max(self.c_residue - first, -1)
 
+    def columns(self, count: int, read: Sequence[int]) -> Columns:
+        """Of so many columns, of which `read` begin with what known inputs add to the readings."""
+        paths = PathColumns(
+            self.c_residue, self.c_real, self.c_sections, self.c_port_real, self.c_port_sections,
+            self.c_direct, self.c_signal_real, self.c_signal_sections,
+        )  # fmt: skip
+        of_readings = np.array(read, dtype=np.int64)
+        return Columns(count, self.c_static, self.c_inputs, self.c_outputs, self.c_thetas, of_readings, paths)
+
 
 @dataclass(frozen=True, eq=False)
 class PackedAxis:
@@ -150,6 +147,20 @@ class PackedAxis:
         )  # fmt: skip
         return Stepped(paths, self.steps)
 
+    def axis(self, length: int = 0) -> Axis:
+        """Its numbers for a record of so many samples; known torques are at rest."""
+        n, cascade = self._numbers, self.values.cascade
+        law, base = (np.array([getattr(e.form, name) for e in n.laws], np.int64) for name in ("law", "base"))
+        forced, by_lag = np.zeros((2, len(n.laws), length))
+        static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
+        laws = Laws(law, base, n.thetas, forced, by_lag)
+        return Axis(static, n.inputs, n.outputs, self._stepped.fast, laws)
+
+    @property
+    def no_columns(self) -> Columns:
+        """Those of an axis without tangents."""
+        return self._numbers.columns(0, ())
+
     def run(
         self,
         u: FloatArray,
@@ -158,7 +169,8 @@ class PackedAxis:
     ) -> tuple[Simulated, FloatArray]:
         """Simulate from rest, with tangents (columns, samples) of y by numbers; an observer corrects by what
         is `shown` with the trust in it, and without that does nothing."""
-        n, cascade, length = self._numbers, self.values.cascade, len(u)
+        n, length = self._numbers, len(u)
+        axis = self.axis(length)
         count = len(n.laws)
         columns = n.count - self.first if self.tangents else 0
         rows = np.empty((columns, length) if self.tangents else (0, 0))
@@ -173,35 +185,19 @@ class PackedAxis:
                 if self.tangents and column >= 0:
                     rows[column] = slope
                     read.append(column)
-        forced, forced_by_lag = np.zeros((count, length)), np.zeros((count, length))
         for law, effect in n.forcing:
-            name = effect.form.column
+            name, torque = effect.form.column, (axis.laws.forced, axis.laws.by_lag)
             if name == INNOVATION_COLUMN:
                 if shown is not None:
-                    forced[law], forced_by_lag[law] = shown
+                    torque[0][law], torque[1][law] = shown
             elif effect.values.size:
-                lag = float(effect.values[-1])
-                forced[law], forced_by_lag[law] = delayed_column(known, name, lag, length)
+                torque[0][law], torque[1][law] = delayed_column(known, name, float(effect.values[-1]), length)
             else:
-                forced[law] = known[name][:length]
+                torque[0][law] = known[name][:length]
         delayed, delay = np.zeros(length), self.structure.delay_samples
         delayed[delay:] = u[: length - delay]
-        static = np.array([cascade.lower, cascade.upper, cascade.half_width, self.scale.sigma])
-        p = self._stepped.fast
-        respond_jointly(
-            delayed, static, n.inputs, n.outputs,
-            p.residue, p.real, p.sections, np.array([e.form.law for e in n.laws], dtype=np.int64),
-            np.array([e.form.base for e in n.laws], dtype=np.int64),
-            n.thetas, p.port_real, p.port_sections, p.direct, p.signal_real, p.signal_sections, forced,
-            forced_by_lag, self.steps, columns, n.c_static, n.c_inputs, n.c_outputs, n.c_residue, n.c_real,
-            n.c_sections, n.c_thetas, n.c_port_real, n.c_port_sections, n.c_direct, n.c_signal_real,
-            n.c_signal_sections, np.array(read, dtype=np.int64), run.v, run.w, run.y, run.slope, run.torques,
-            run.signals, rows,
-        )  # fmt: skip
+        where = n.columns(columns, read)
+        respond_jointly(delayed, axis, self.steps, where, run, rows)
         if self.tangents:
-            where = Columns(
-                n.c_residue, n.c_real, n.c_sections, n.c_port_real, n.c_port_sections, n.c_direct,
-                n.c_signal_real, n.c_signal_sections,
-            )  # fmt: skip
-            self._stepped.chain(rows, where)
+            self._stepped.chain(rows, where.paths)
         return run, rows

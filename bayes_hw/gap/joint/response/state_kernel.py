@@ -8,39 +8,40 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayes_hw.compiled import compiled, compiled_inside, pasted
+from bayes_hw.compiled import compiled, compiled_inside, compiled_loop, pasted
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.model.lanes import LANES, aligned_rows, broadcast, load, store
+from bayes_hw.model.lanes import LANES, broadcast, load, store
 
 NOTHING = 1e-290
 """Of which sixteen digits are left off a number that fades."""
 
 
 @compiled(nogil=True)
-def entering(residue, real, sections, port_real, port_sections, direct):  # type: ignore[no-untyped-def]
-    """Weights (1 + laws, states) by which v and every torque enter the states; numbers as
-    `joint_kernel.respond_jointly` has them."""
+def entering(paths):  # type: ignore[no-untyped-def]
+    """Weights (1 + laws, states) by which v and every torque enter the states."""
+    real, sections, direct = paths.real, paths.sections, paths.direct
     n, m, laws = real.shape[1], sections.shape[1], len(direct)
     found = np.zeros((1 + laws, n + 2 * m + laws + 2))
     for i in range(n):
         found[0, i] = real[1, i]
-    found[0, n + 2 * m + laws] = residue
+    found[0, n + 2 * m + laws] = paths.residue
     for i in range(m):
         found[0, n + 2 * i], found[0, n + 2 * i + 1] = sections[2, i], sections[3, i]
     for j in range(laws):
         for i in range(n):
-            found[1 + j, i] = port_real[j, i]
+            found[1 + j, i] = paths.port_real[j, i]
         found[1 + j, n + 2 * m + j] = direct[j, 0]
         for i in range(m):
-            found[1 + j, n + 2 * i] = port_sections[j, 0, i]
-            found[1 + j, n + 2 * i + 1] = port_sections[j, 1, i]
+            found[1 + j, n + 2 * i] = paths.port_sections[j, 0, i]
+            found[1 + j, n + 2 * i + 1] = paths.port_sections[j, 1, i]
     return found
 
 
 @compiled(nogil=True)
-def seen(residue, real, sections, laws, bases, direct, signal_real, signal_sections, steps):  # type: ignore[no-untyped-def]
+def seen(paths, laws, steps):  # type: ignore[no-untyped-def]
     """Weights (1 + laws, states + 1) of the states, and of v, in w and in every law's signal."""
-    n, m, count = real.shape[1], sections.shape[1], len(laws)
+    real, sections, direct = paths.real, paths.sections, paths.direct
+    n, m, count = real.shape[1], sections.shape[1], len(laws.law)
     states = n + 2 * m + count + 2
     found = np.zeros((1 + count, states + 1))
     for i in range(states - 1):
@@ -49,10 +50,10 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
         found[0, n + 2 * i + 1] = 0.0
     for j in range(count):
         q = found[1 + j]
-        if bases[j] == K.BASE_COMMAND:
+        if laws.base[j] == K.BASE_COMMAND:
             q[states] = 1.0
-        elif bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
-            ahead = residue
+        elif laws.base[j] == K.BASE_SPEED and laws.law[j] in (K.COULOMB, K.STRIBECK):
+            ahead = paths.residue
             for i in range(n):
                 q[i] = steps * (real[0, i] - 1.0)
                 ahead += real[1, i]
@@ -62,19 +63,19 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
             for i in range(count):
                 q[n + 2 * m + i] = steps * (direct[i, 1] - 1.0)
             q[states] = steps * ahead
-        elif bases[j] == K.BASE_SPEED:
+        elif laws.base[j] == K.BASE_SPEED:
             for i in range(states + 1):
                 q[i] = steps * found[0, i]
             q[states - 1] = -steps
-        elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
-            power = 2 if bases[j] == K.BASE_TWIST else 3
+        elif laws.base[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
+            power = 2 if laws.base[j] == K.BASE_TWIST else 3
             scaled = float(steps) ** power
             for i in range(n):
                 q[i] = scaled * (real[0, i] - 1.0) ** power
             for i in range(m):
                 e1, e2, _, _, _, _ = own_difference(sections[0, i], sections[1, i], power)
                 q[n + 2 * i], q[n + 2 * i + 1] = scaled * e1, scaled * e2
-        elif bases[j] == K.BASE_MOTOR:
+        elif laws.base[j] == K.BASE_MOTOR:
             for i in range(n):
                 q[i] = 1.0
             q[states - 2] = 1.0
@@ -82,10 +83,10 @@ def seen(residue, real, sections, laws, bases, direct, signal_real, signal_secti
             for i in range(states + 1):
                 q[i] = found[0, i]
         for i in range(n):
-            q[i] += signal_real[j, i]
+            q[i] += paths.signal_real[j, i]
         for i in range(m):
-            q[n + 2 * i] += signal_sections[j, 0, i]
-            q[n + 2 * i + 1] += signal_sections[j, 1, i]
+            q[n + 2 * i] += paths.signal_sections[j, 0, i]
+            q[n + 2 * i + 1] += paths.signal_sections[j, 1, i]
     return found
 
 
@@ -103,109 +104,89 @@ def _present(where, weights, count):  # type: ignore[no-untyped-def]
 
 
 @compiled_inside
-def state_sources(c_residue, c_real, c_sections, c_port_real, c_port_sections, c_direct):  # type: ignore[no-untyped-def]
+def state_sources(columns):  # type: ignore[no-untyped-def]
     """Where columns of tangents are fed: state, column and carrier (3, n), and signs (n,)."""
-    n, m, laws = c_real.shape[1], c_sections.shape[1], len(c_direct)
+    n, m, laws = columns.real.shape[1], columns.sections.shape[1], len(columns.direct)
     states, at = n + 2 * m + laws + 2, 0
     where = np.empty((3, 1 + 2 * n + 4 * m + laws * (n + 2 * m + 2)), dtype=np.int64)
     signs = np.ones(where.shape[1])
     for i in range(n):
         where[0, at], where[0, at + 1] = i, i
-        where[1, at], where[2, at] = c_real[0, i], i
-        where[1, at + 1], where[2, at + 1] = c_real[1, i], states
+        where[1, at], where[2, at] = columns.real[0, i], i
+        where[1, at + 1], where[2, at + 1] = columns.real[1, i], states
         at += 2
     for i in range(m):
         one = n + 2 * i
         for k, carrier in enumerate((one, one, states, states)):
-            where[0, at], where[1, at], where[2, at] = one + k % 2, c_sections[k, i], carrier
+            where[0, at], where[1, at], where[2, at] = one + k % 2, columns.sections[k, i], carrier
             at += 1
         signs[at - 3] = -1.0
     for j in range(laws):
         for i in range(n):
-            where[0, at], where[1, at], where[2, at] = i, c_port_real[j, i], states + 1 + j
+            where[0, at], where[1, at], where[2, at] = i, columns.port_real[j, i], states + 1 + j
             at += 1
         for i in range(m):
             for k in range(2):
-                where[0, at], where[1, at] = n + 2 * i + k, c_port_sections[j, k, i]
+                where[0, at], where[1, at] = n + 2 * i + k, columns.port_sections[j, k, i]
                 where[2, at] = states + 1 + j
                 at += 1
         path = n + 2 * m + j
         where[0, at], where[0, at + 1] = path, path
-        where[1, at], where[2, at] = c_direct[j, 0], states + 1 + j
-        where[1, at + 1], where[2, at + 1] = c_direct[j, 1], path
+        where[1, at], where[2, at] = columns.direct[j, 0], states + 1 + j
+        where[1, at + 1], where[2, at + 1] = columns.direct[j, 1], path
         at += 2
-    where[0, at], where[1, at], where[2, at] = states - 2, c_residue, states
+    where[0, at], where[1, at], where[2, at] = states - 2, columns.residue, states
     return _present(where, signs, at + 1)
 
 
 @compiled_inside
-def signal_sources(  # type: ignore[no-untyped-def]
-    real, sections, laws, bases, steps, c_residue, c_real, c_sections, c_direct, c_signal_real,
-    c_signal_sections,
-):  # fmt: skip
+def signal_sources(paths, laws, steps, columns):  # type: ignore[no-untyped-def]
     """Which columns move a law's signal by themselves: law, column and carrier (3, n), and weights (n,)."""
-    n, m, count = real.shape[1], sections.shape[1], len(laws)
+    real, sections = paths.real, paths.sections
+    n, m, count = real.shape[1], sections.shape[1], len(laws.law)
     states, at = n + 2 * m + count + 2, 0
     where = np.empty((3, count * (3 * n + 6 * m + count + 1)), dtype=np.int64)
     weights = np.empty(where.shape[1])
     for j in range(count):
         begin = at
-        if bases[j] == K.BASE_SPEED and laws[j] in (K.COULOMB, K.STRIBECK):
-            where[1, at], where[2, at], weights[at] = c_residue, states, steps
+        if laws.base[j] == K.BASE_SPEED and laws.law[j] in (K.COULOMB, K.STRIBECK):
+            where[1, at], where[2, at], weights[at] = columns.residue, states, steps
             at += 1
             for i in range(n):
-                where[1, at], where[2, at], weights[at] = c_real[0, i], i, steps
-                where[1, at + 1], where[2, at + 1], weights[at + 1] = c_real[1, i], states, steps
+                where[1, at], where[2, at], weights[at] = columns.real[0, i], i, steps
+                where[1, at + 1], where[2, at + 1], weights[at + 1] = columns.real[1, i], states, steps
                 at += 2
             for i in range(m):
-                where[1, at], where[2, at], weights[at] = c_sections[0, i], n + 2 * i, steps
-                where[1, at + 1], where[2, at + 1], weights[at + 1] = c_sections[2, i], states, steps
+                where[1, at], where[2, at], weights[at] = columns.sections[0, i], n + 2 * i, steps
+                where[1, at + 1], where[2, at + 1], weights[at + 1] = columns.sections[2, i], states, steps
                 at += 2
             for i in range(count):
-                where[1, at], where[2, at], weights[at] = c_direct[i, 1], n + 2 * m + i, steps
+                where[1, at], where[2, at], weights[at] = columns.direct[i, 1], n + 2 * m + i, steps
                 at += 1
-        elif bases[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
-            power = 2 if bases[j] == K.BASE_TWIST else 3
+        elif laws.base[j] in (K.BASE_TWIST, K.BASE_TWIST_RATE):
+            power = 2 if laws.base[j] == K.BASE_TWIST else 3
             scaled = float(steps) ** power
             for i in range(n):
-                where[1, at], where[2, at] = c_real[0, i], i
+                where[1, at], where[2, at] = columns.real[0, i], i
                 weights[at] = scaled * power * (real[0, i] - 1.0) ** (power - 1)
                 at += 1
             for i in range(m):
                 slopes = own_difference(sections[0, i], sections[1, i], power)
                 for k in range(4):
-                    where[1, at], where[2, at] = c_sections[k // 2, i], n + 2 * i + k % 2
+                    where[1, at], where[2, at] = columns.sections[k // 2, i], n + 2 * i + k % 2
                     weights[at] = scaled * slopes[2 + k]
                     at += 1
         for i in range(n):
-            where[1, at], where[2, at], weights[at] = c_signal_real[j, i], i, 1.0
+            where[1, at], where[2, at], weights[at] = columns.signal_real[j, i], i, 1.0
             at += 1
         for i in range(m):
             for k in range(2):
-                where[1, at], where[2, at] = c_signal_sections[j, k, i], n + 2 * i + k
+                where[1, at], where[2, at] = columns.signal_sections[j, k, i], n + 2 * i + k
                 weights[at] = 1.0
                 at += 1
         for i in range(begin, at):
             where[0, i] = j
     return _present(where, weights, at)
-
-
-@compiled_inside
-def zeros(rows):  # type: ignore[no-untyped-def]
-    """(rows, LANES) aligned."""
-    found = aligned_rows(rows)
-    for row in range(rows):
-        store(found, row, broadcast(0.0))
-    return found
-
-
-@compiled_inside
-def identity():  # type: ignore[no-untyped-def]
-    """(LANES, LANES): a row for every lane."""
-    found = zeros(LANES)
-    for lane in range(LANES):
-        found[lane, lane] = 1.0
-    return found
 
 
 @pasted
@@ -240,48 +221,69 @@ def by_rows(where, weights, count):  # type: ignore[no-untyped-def]
     return rows[:, : found + 1].copy(), sources, ordered
 
 
-@compiled_inside
-def add_sources(values, rows, sources, weights, carried, units, kept):  # type: ignore[no-untyped-def]
+@compiled_loop
+def add_sources(values, sources, carried, units, kept):  # type: ignore[no-untyped-def]
     """What the carriers bring, written to the rows that have sources (see `by_rows`), added to what stands
     there where that is `kept`."""
+    rows, carriers, weights = sources
     for r in range(rows.shape[1] - 1):
         found = broadcast(0.0)
         if kept:
             found = load(values, rows[0, r])
         for i in range(rows[1, r], rows[1, r + 1]):
-            found = found + load(units, sources[0, i]) * broadcast(weights[i] * carried[sources[1, i]])
+            found = found + load(units, carriers[0, i]) * broadcast(weights[i] * carried[carriers[1, i]])
         store(values, rows[0, r], found)
 
 
 @compiled_inside
-def moving_columns(columns, limits_move, c_static, c_inputs):  # type: ignore[no-untyped-def]
-    """The columns that move the command: all where limits depend on the angle, none without tangents."""
-    found, count = np.empty(columns, np.int64), 0
-    for c in range(columns):
-        moves = limits_move or c == c_static[0] or c == c_static[1]
-        for other in c_inputs:
-            moves = moves or c == other
-        if moves:
-            found[count] = c
-            count += 1
-    return found[:count]
-
-
-@compiled_inside
-def own_columns(blocks, c_direct, c_port_real, c_port_sections):  # type: ignore[no-untyped-def]
-    """(blocks * laws, LANES): one for every weight by which a torque is part of w a step on."""
-    laws, n, m = len(c_direct), c_port_real.shape[1], c_port_sections.shape[2]
-    found = zeros(blocks * laws)
+def own_columns(found, laws, columns):  # type: ignore[no-untyped-def]
+    """Zeros `found` (blocks * laws, LANES) with a one for every weight by which a torque is part of w a step
+    on."""
+    n, m = columns.port_real.shape[1], columns.port_sections.shape[2]
     for j in range(laws):
         for i in range(1 + n + m):
-            c = c_direct[j, 0]
+            c = columns.direct[j, 0]
             if i > n:
-                c = c_port_sections[j, 0, i - 1 - n]
+                c = columns.port_sections[j, 0, i - 1 - n]
             elif i > 0:
-                c = c_port_real[j, i - 1]
+                c = columns.port_real[j, i - 1]
             if c >= 0:
                 found[c // LANES * laws + j, c % LANES] = 1.0
     return found
+
+
+@pasted
+def angle(motion):  # type: ignore[no-untyped-def]
+    """w of the states."""
+    w = 0.0
+    for i in range(len(motion.entered) - 1):
+        w += motion.looks[0, i] * motion.carried[i]
+    return w
+
+
+@pasted
+def advance(paths, w, motion):  # type: ignore[no-untyped-def]
+    """The states a step on."""
+    real, sections, direct = paths.real, paths.sections, paths.direct
+    carried, entered, enters, torques = motion.carried, motion.entered, motion.enters, motion.torques
+    laws, n_real, states = len(torques), real.shape[1], len(entered)
+    at_direct = states - 2 - laws
+    for i in range(states):
+        entered[i] = enters[0, i] * carried[states]
+    for j in range(laws):
+        for i in range(states):
+            entered[i] += enters[1 + j, i] * torques[j]
+    for i in range(n_real):
+        carried[i] = real[0, i] * carried[i] + entered[i]
+    for i in range(sections.shape[1]):
+        at = n_real + 2 * i
+        one = carried[at]
+        carried[at] = sections[0, i] * one + carried[at + 1] + entered[at]
+        carried[at + 1] = entered[at + 1] - sections[1, i] * one
+    for j in range(laws):
+        carried[at_direct + j] = direct[j, 1] * carried[at_direct + j] + entered[at_direct + j]
+    carried[states - 2] += entered[states - 2]
+    carried[states - 1] = w
 
 
 @pasted
@@ -291,18 +293,16 @@ def faded(values):  # type: ignore[no-untyped-def]
     return (values + broadcast(NOTHING)) - broadcast(NOTHING)
 
 
-@compiled_inside
-def advance_tangents(  # type: ignore[no-untyped-def]
-    real, sections, direct, enters, looks, laws, d_state, fed, d_taus, d_v, drives, d_w, d_signals, at_direct
-):
-    """Tangents of the states a step on with what is `fed` to them, and with that of v where that `drives`; of
-    w and of the signals of the laws (all but an K.INNOVATION have one) from the states after it.
-
-    Arrays hold blocks of LANES columns: of every block all states, or all laws, a row each.
-    """
+@compiled_loop
+def advance_tangents(paths, laws, motion, tangents, drives):  # type: ignore[no-untyped-def]
+    """Tangents of the states a step on with what is fed to them, and with that of v where that `drives`; of
+    w and of the signals of the laws (all but an INNOVATION have one) from the states after it."""
+    real, sections, direct = paths.real, paths.sections, paths.direct
+    enters, looks, d_state, fed = motion.enters, motion.looks, tangents.states, tangents.fed
+    d_taus, d_v, d_w, d_signals = tangents.torques, tangents.v, tangents.w, tangents.signals
     n_laws, n_real, states = len(laws), real.shape[1], enters.shape[1]
-    at_integral = at_direct + n_laws
-    # The first law that looks at anything; an K.INNOVATION alone has a row of zeros.
+    at_integral, at_direct = states - 2, states - 2 - n_laws
+    # The first law that looks at anything; an INNOVATION alone has a row of zeros.
     first = 0
     for j in range(n_laws - 1, -1, -1):
         if laws[j] != K.INNOVATION:

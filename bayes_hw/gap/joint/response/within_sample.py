@@ -13,7 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray, IntArray
+from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.gap.joint.response.kernel_numbers import PathColumns, Paths
 
 LEAST_POLE = 0.05
 """Below it a real pole is taken for one that settles within the sample."""
@@ -124,36 +125,6 @@ def _differences(sections: FastSections) -> tuple[FloatArray, FloatArray, FloatA
 
 
 @dataclass(frozen=True, eq=False)
-class Paths:
-    """Poles, weights and ports as `joint_kernel.respond_jointly` has them: `real` (2, n), `sections` (4, m),
-    for every law `port_real` (laws, n), `port_sections` (laws, 2, m), `direct` (laws, 2), `signal_real`
-    (laws, n), `signal_sections` (laws, 2, m)."""
-
-    residue: float
-    real: FloatArray
-    sections: FloatArray
-    port_real: FloatArray
-    port_sections: FloatArray
-    direct: FloatArray
-    signal_real: FloatArray
-    signal_sections: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Columns:
-    """The column of tangents of every number of `Paths`, -1 where there is none."""
-
-    residue: int
-    real: IntArray
-    sections: IntArray
-    port_real: IntArray
-    port_sections: IntArray
-    direct: IntArray
-    signal_real: IntArray
-    signal_sections: IntArray
-
-
-@dataclass(frozen=True, eq=False)
 class Stepped:
     """`paths` of a sample as those of one of its `steps`."""
 
@@ -190,7 +161,7 @@ class Stepped:
             np.ascontiguousarray(np.einsum("ljn,nji->lin", p.signal_sections, self._sections.seen)),
         )
 
-    def chain(self, rows: FloatArray, columns: Columns) -> None:
+    def chain(self, rows: FloatArray, columns: PathColumns) -> None:
         """Tangents (columns, samples) by numbers of a step made those by numbers of a sample, in place."""
         if self.steps == 1:
             return
@@ -200,7 +171,7 @@ class Stepped:
         self._chain_direct(rows, columns)
         self._chain_sections(rows, columns)
 
-    def _chain_real(self, rows: FloatArray, columns: Columns) -> None:
+    def _chain_real(self, rows: FloatArray, columns: PathColumns) -> None:
         p = self.paths
         for i in range(p.real.shape[1]):
             weights = [(columns.real[1, i], p.real[1, i])]
@@ -214,7 +185,7 @@ class Stepped:
                 if column >= 0:
                     rows[column] *= self._real.weight[i]
 
-    def _chain_direct(self, rows: FloatArray, columns: Columns) -> None:
+    def _chain_direct(self, rows: FloatArray, columns: PathColumns) -> None:
         for j, (weight, pole) in enumerate(columns.direct):
             if weight < 0:
                 continue
@@ -222,7 +193,7 @@ class Stepped:
             rows[pole] += self._direct.weight_slope[j] * self.paths.direct[j, 0] * rows[weight]
             rows[weight] *= self._direct.weight[j]
 
-    def _chain_sections(self, rows: FloatArray, columns: Columns) -> None:
+    def _chain_sections(self, rows: FloatArray, columns: PathColumns) -> None:
         p, enter, seen = self.paths, self._sections.enter, self._sections.seen
         if not p.sections.shape[1]:
             return

@@ -21,7 +21,6 @@ from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.response.state_kernel import entering, seen
-from bayes_hw.gap.joint.response.within_sample import Paths, Stepped
 from bayes_hw.identify.cascade import CascadeValues, Structure
 
 BENT: dict[int, Form] = {
@@ -108,31 +107,16 @@ class _States:
     @classmethod
     def of(cls, fit: JointFit, number: int) -> _States:
         values, s, steps = fit.values, fit.structure, fit.response.steps
-        laws = [e for e in values.effects if e.ports is not None]
-        ports = [e.ports for e in laws if e.ports is not None]
-        row, cascade = values.law_row(number), values.cascade
-        paths = Paths(
-            cascade.integrator_residue,
-            np.ascontiguousarray(cascade.real),
-            np.ascontiguousarray(cascade.sections),
-            np.array([one.real for one in ports]),
-            np.array([one.sections for one in ports]),
-            np.array([one.direct for one in ports]),
-            np.array([one.signal_real for one in ports]),
-            np.array([one.signal_sections for one in ports]),
-        )
-        p = Stepped(paths, steps).fast
-        codes = [np.array([getattr(e.form, name) for e in laws], dtype=np.int64) for name in ("law", "base")]
+        row = values.law_row(number)
+        axis = fit.response.packed(values).axis()
+        p = axis.paths
         states = s.real_poles + 2 * s.sections
         kept = np.append(np.arange(states), states + row)
-        inputs = entering(p.residue, p.real, p.sections, p.port_real, p.port_sections, p.direct)[:, kept]
-        whole, based = (
-            seen(p.residue, p.real, p.sections, *codes, p.direct, a, b, steps)[:, kept]
-            for a, b in (
-                (p.signal_real, p.signal_sections),
-                (np.zeros_like(p.signal_real), np.zeros_like(p.signal_sections)),
-            )
+        inputs = entering(p)[:, kept]
+        alone = p._replace(
+            signal_real=np.zeros_like(p.signal_real), signal_sections=np.zeros_like(p.signal_sections)
         )
+        whole, based = (seen(one, axis.laws, steps)[:, kept] for one in (p, alone))
         transition = np.diag(np.concatenate([p.real[0], np.zeros(2 * s.sections), p.direct[row, 1:]]))
         for i, (a1, a2) in enumerate(p.sections[:2].T):
             at = s.real_poles + 2 * i

@@ -24,7 +24,8 @@ from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.response.within_sample import LEAST_POLE, Paths, Stepped, root_of
+from bayes_hw.gap.joint.response.kernel_numbers import Paths
+from bayes_hw.gap.joint.response.within_sample import LEAST_POLE, Stepped, root_of
 from bayes_hw.identify.cascade import CascadeValues
 
 SAMPLES = 200
