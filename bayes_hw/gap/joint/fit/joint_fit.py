@@ -183,7 +183,7 @@ class JointFit:
         )
 
     def _response_of(self, structure: Structure, values: JointValues) -> JointResponse:
-        steps = self.response.steps if any(e.is_own_law for e in values.effects) else 1
+        steps = self.response.steps if any(e.acts_within_sample for e in values.effects) else 1
         return replace(self.response, structure=structure, template=values.effects, steps=steps)
 
     def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
@@ -335,7 +335,8 @@ class JointFit:
         return self.moved(structure, JointValues(cascade, effects))
 
     def finer(self) -> JointFit:
-        """Laws act FINE_STEPS times a sample: what sticks within one does not wait for its end."""
+        """Laws and plays act FINE_STEPS times a sample: what sticks or turns within one does not wait for its
+        end."""
         return self.under(replace(self.response, steps=FINE_STEPS), self.point.whitener)
 
     def later(self) -> JointFit:

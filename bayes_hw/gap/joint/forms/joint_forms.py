@@ -231,6 +231,14 @@ REMEMBERING: dict[Form, Form] = {_HYSTERESIS: _HYSTERESIS} | {
 }
 """Those on bristles that add to it: a spring with hysteresis."""
 
+AT_ONCE: dict[Form, Form] = {
+    form: replace(form, label="backlash", name=f"kinematic by {form.name}", further=True)
+    for form in _FRICTIONS
+    if form.base == K.BASE_SPEED
+}
+"""Frictions of the load, and the same where they move the reading at once and accelerate nothing: it stands
+still at a reversal until a gap is crossed."""
+
 FORMS: tuple[Form, ...] = (
     _rate(K.LATE_RATE, ""),
     _rate(K.EARLY_RATE, "before the limiter"),
@@ -266,6 +274,7 @@ FORMS: tuple[Form, ...] = (
         "backlash", "kinematic", "output",
         lambda s: (Slot(K.PLAY, "half_gap", False, 0.0, 0.3 * s.travel),),
         lambda s: [(0.3 * s.sigma,), (2.0 * s.sigma,)],
+        remembers=True,
     ),
     Form(
         "backlash", "dynamic", "law",
@@ -275,6 +284,7 @@ FORMS: tuple[Form, ...] = (
     ),
     *BY_TWIST.values(),
     *REMEMBERING.values(),
+    *AT_ONCE.values(),
     _ripple("torque_ripple", "", turning_periods, period_wavenumber),
     _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
     _second_harmonic(K.BASE_POSITION, ""),

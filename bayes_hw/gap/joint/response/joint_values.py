@@ -49,6 +49,11 @@ class Effect:
         return self.ports is not None and not self.form.column
 
     @property
+    def acts_within_sample(self) -> bool:
+        """Whether it matters to it where within a sample the axis turns."""
+        return self.is_own_law or self.form.remembers
+
+    @property
     def looks_at_states(self) -> bool:
         """Whether it is a torque whose law looks at the states of G too, and so at a motion of its own."""
         return self.ports is not None and self.ports.signal

@@ -1,7 +1,9 @@
-"""What a law looks at, told from its signal: a speed or a twist.
+"""What a law looks at and what its torque does, told from its signal and its response.
 
 Through free ports friction and contact in a gap are one law over different signals. Friction follows the
-speed of the axis; the twist of the drive is the torque that it passes on, which accelerates the load.
+speed of the axis; the twist of the drive is the torque that it passes on, which accelerates the load. And a
+torque accelerates: a friction that moves the reading at once and no further is lost motion between the axis
+and its encoder.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.joint_forms import BY_TWIST, REMEMBERING
+from bayes_hw.gap.joint.forms.joint_forms import AT_ONCE, BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
@@ -25,16 +27,57 @@ least; what follows the acceleration over what follows the speed: more in a twis
 TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
 
+ACCELERATED = 0.1
+"""Of the root mean square of what a torque moves, that passes through lasting poles of G at least."""
+
+LASTING = 0.5
+"""Of a pole's radius, from which on it lasts longer than a sample."""
+
+
 def named_by_sight(fit: JointFit) -> JointFit:
-    """The fit with laws that look at a twist under the name of what does so; nothing else changes."""
+    """The fit with laws that look at a twist, and those that accelerate nothing, under the name of what does
+    so; nothing else changes."""
     effects = list(fit.values.effects)
     for number, effect in enumerate(effects):
         if effect.form in BY_TWIST and sees_twist(fit, number):
             adds = effect.form in REMEMBERING and not takes_away(fit, number)
             effects[number] = replace(effect, form=(REMEMBERING if adds else BY_TWIST)[effect.form])
+        elif effect.form in AT_ONCE and not accelerates(fit, number):
+            effects[number] = replace(effect, form=AT_ONCE[effect.form])
     if all(new.form is old.form for new, old in zip(effects, fit.values.effects, strict=True)):
         return fit
     return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)
+
+
+def accelerates(fit: JointFit, number: int) -> bool:
+    """Whether more than a trace of what the torque of effect `number` moves passes through poles of G that
+    last longer than a sample."""
+    effect, row = fit.values.effects[number], fit.values.law_row(number)
+    if (ports := effect.ports) is None:
+        return False
+    cascade = fit.values.cascade
+    slow_pairs = [_lasts(np.sqrt(complex(a1**2 / 4 - a2)), a1 / 2) for a1, a2 in cascade.sections[:2].T]
+    slow = replace(
+        ports,
+        real=np.where(cascade.real[0] > LASTING, ports.real, 0.0),
+        sections=np.where(slow_pairs, ports.sections, 0.0),
+        direct=np.zeros(2),
+    )
+    torques = [fit.response.along(fit.values, n).torques[row] for n in range(len(fit.response.records))]
+    whole, passed = (
+        np.concatenate(
+            [through_port(fit.values, replace(effect, ports=p), torque[None])[0] for torque in torques]
+        )
+        for p in (ports, slow)
+    )
+    return float(np.std(passed)) > ACCELERATED * float(np.std(whole))
+
+
+def _lasts(apart: complex, middle: float) -> bool:
+    """Whether a pair of poles, so far `apart` to either side of their middle, is of a motion that lasts: it
+    swings, or decays in more than a sample."""
+    last = middle + apart
+    return bool(abs(last) > LASTING if last.imag else last.real > LASTING)
 
 
 def sees_twist(fit: JointFit, number: int) -> bool:

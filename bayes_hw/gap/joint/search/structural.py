@@ -51,7 +51,7 @@ def finer(fit: JointFit) -> JointFit:
 
 def within_sample(fit: JointFit) -> JointFit:
     """With effects that act several times a sample, where that is better."""
-    within = any(e.is_own_law for e in fit.response.template)
+    within = any(e.acts_within_sample for e in fit.response.template)
     if not within or fit.response.steps > 1:
         return fit
     trial = highest(raced([fit.finer()], fit.score + STRUCTURAL_NATS))
