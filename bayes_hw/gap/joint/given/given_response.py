@@ -168,7 +168,7 @@ class GivenFit(JointFit):
         """At other coordinates of G, not descended."""
         given = self.response.given
         structure = given.structure(part, further, extra_delay)
-        steps = self.response.steps if any(e.ports is not None for e in effects) else 1
+        steps = self.response.steps if any(e.acts_within_sample for e in effects) else 1
         response = replace(
             self.response, structure=structure, template=effects, part=part, further=further, steps=steps
         )

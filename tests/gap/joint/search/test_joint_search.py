@@ -31,7 +31,7 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
-from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import joint_search, structural
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
@@ -111,15 +111,24 @@ def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
     assert FollowedPath(alone, unused, unused).begun_with == "wind"
 
 
-def test_a_law_may_act_within_the_sample_where_the_noise_is_white() -> None:
+@pytest.mark.parametrize(
+    ("effect", "noise_share"),
+    [
+        (torque(form("friction", "Coulomb, motor"), (0.01,), 0.1), 0.7),
+        (Effect(form("backlash", "kinematic"), np.array([0.02])), 0.1),
+    ],
+    ids=["friction", "play"],
+)
+def test_an_effect_may_act_within_the_sample_where_the_noise_is_white(
+    effect: Effect, noise_share: float
+) -> None:
     """Steps are not sought there on the way, since the noise asks for nothing, but at the end: a rival whose
     noise was coloured may have had them."""
-    rub = torque(form("friction", "Coulomb, motor"), (0.01,), 0.1)
-    coarse, values = response_with((rub,), SAMPLES)
+    coarse, values = response_with((effect,), SAMPLES)
     axis = replace(coarse, steps=4)
     records = []
     for seed in (1, 2):
-        noise = 0.7 * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+        noise = noise_share * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
         records.append(record(axis.simulate(values, command(SAMPLES, seed)).y + noise, seed))
     response = replace(coarse, records=records)
     fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()

@@ -1,4 +1,5 @@
-"""A law over a twist is contact where it takes away what the drive passes on, hysteresis where it adds."""
+"""A law over a twist is contact where it takes away what the drive passes on, hysteresis where it adds; a
+friction that accelerates nothing is lost motion."""
 
 from __future__ import annotations
 
@@ -6,14 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import form, response_with, some_effect, torque
+from joint_axis import command, form, response_with, some_effect, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.response.effect_paths import through_port
-from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import sight
-from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, sees_twist, takes_away
+from bayes_hw.gap.joint.search.sight import (
+    accelerates,
+    is_hidden_friction,
+    named_by_sight,
+    sees_twist,
+    takes_away,
+)
 from bayes_hw.identify.growth.descent import evaluate
 
 HYSTERESIS = form("other", "hysteresis of the spring")
@@ -82,3 +89,51 @@ def test_a_twist_follows_the_acceleration(
     fit = fit_with(replace(effect, ports=replace(effect.ports, signal=True)))
     monkeypatch.setattr(sight, "shares_of_motion", lambda *_: (speed, acceleration))
     assert sees_twist(fit, 0) == twist
+
+
+def rubbing_through(direct: tuple[float, float], weight: float = 0.0, fast: bool = False) -> JointFit:
+    """Friction of the load through its direct path and, with a weight, through the first section of G; with a
+    section more, whose poles settle within a sample, through that one."""
+    effect = torque(form("friction", "Coulomb, load"), (1e-4,), weight, 0.0)
+    assert effect.ports is not None
+    ports = replace(effect.ports, direct=np.array(direct), signal=False)
+    response, values = response_with((), 400)
+    structure, cascade = response.structure, values.cascade
+    if fast:
+        structure = replace(structure, sections=2)
+        more = np.array([[-0.94], [-0.06], [0.0], [0.0]])
+        cascade = replace(cascade, sections=np.concatenate([cascade.sections, more], axis=1))
+        own = np.concatenate([ports.sections, [[0.02], [0.0]]], axis=1)
+        ports = replace(ports, sections=own, signal_sections=np.zeros((2, 2)))
+    effects = (replace(effect, ports=ports),)
+    response = replace(response, structure=structure, template=effects)
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(cascade, effects))))
+
+
+@pytest.mark.parametrize(
+    ("fit", "label"),
+    [
+        (rubbing_through((0.02, 0.0)), "backlash"),
+        (rubbing_through((0.02, -0.4)), "backlash"),
+        (rubbing_through((0.0, 0.0), fast=True), "backlash"),
+        (rubbing_through((0.0, 0.0), 2e-4), "friction"),
+        (rubbing_through((2e-4, 0.4), 2e-4), "friction"),
+    ],
+    ids=["at once", "within two samples", "through fast poles", "through G", "both"],
+)
+def test_what_accelerates_nothing_is_lost_motion(fit: JointFit, label: str) -> None:
+    assert accelerates(fit, 0) == (label == "friction")
+    named = named_by_sight(fit)
+    assert named.labels == (label,)
+    assert named.score == pytest.approx(fit.score)
+
+
+def test_a_friction_that_accelerates_nothing_does_what_a_play_does() -> None:
+    """It holds the reading still at a reversal until half the gap to either side is crossed."""
+    half_gap = 0.02
+    fit = rubbing_through((half_gap, 0.0))
+    play = (Effect(form("backlash", "kinematic"), np.array([half_gap])),)
+    response, values = response_with(play, 400)
+    rubbed = fit.response.simulate(fit.values, command(400, 1)).y
+    played, plain = (response.simulate(v, command(400, 1)).y for v in (values, replace(values, effects=())))
+    assert np.abs(rubbed - played).max() < 0.15 * np.abs(plain - played).max()
