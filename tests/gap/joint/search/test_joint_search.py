@@ -112,23 +112,23 @@ def test_a_rival_that_ended_beside_wind_is_that_of_its_effect() -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "noise_share"),
+    ("effect", "swing"),
     [
-        (torque(form("friction", "Coulomb, motor"), (0.01,), 0.1), 0.7),
-        (Effect(form("backlash", "kinematic"), np.array([0.02])), 0.1),
+        (torque(form("friction", "Coulomb, motor"), (0.01,), 0.1), 1.0),
+        (Effect(form("backlash", "kinematic"), np.array([0.01])), 60.0),
     ],
     ids=["friction", "play"],
 )
-def test_an_effect_may_act_within_the_sample_where_the_noise_is_white(
-    effect: Effect, noise_share: float
-) -> None:
+def test_an_effect_may_act_within_the_sample_where_the_noise_is_white(effect: Effect, swing: float) -> None:
     """Steps are not sought there on the way, since the noise asks for nothing, but at the end: a rival whose
-    noise was coloured may have had them."""
+    noise was coloured may have had them. The axis turns within samples where it swings enough."""
     coarse, values = response_with((effect,), SAMPLES)
+    sections = values.cascade.sections * np.array([[1.0], [1.0], [swing], [swing]])
+    values = replace(values, cascade=replace(values.cascade, sections=sections))
     axis = replace(coarse, steps=4)
     records = []
     for seed in (1, 2):
-        noise = noise_share * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+        noise = 0.7 * SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
         records.append(record(axis.simulate(values, command(SAMPLES, seed)).y + noise, seed))
     response = replace(coarse, records=records)
     fit = JointFit(response, evaluate(response, response.coordinates(values))).descended()
