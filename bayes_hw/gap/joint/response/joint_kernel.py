@@ -88,7 +88,11 @@ def _respond(u, axis, steps, before_g, behind_g, columns, motion, tangents, run,
             for c in tangents.moving:
                 if tangents.each_v[c] != 0.0:
                     driven += 1
-            advance_tangents(axis.paths, laws.law, motion, tangents, driven > 0)
+            advance_tangents(
+                axis.paths.real, axis.paths.sections, axis.paths.direct, motion.enters, motion.looks,
+                laws.law, tangents.states, tangents.fed, tangents.torques, tangents.v, driven > 0, tangents.w,
+                tangents.signals,
+            )  # fmt: skip
         advance(axis.paths, w, motion)
         within += 1
         if within == steps:

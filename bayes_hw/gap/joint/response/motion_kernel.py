@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bayes_hw.arrays import FloatArray, IntArray
-from bayes_hw.compiled import compiled_inside
+from bayes_hw.compiled import compiled_inside, pasted
 from bayes_hw.gap.joint.response.state_kernel import (
     by_rows,
     entering,
@@ -80,7 +80,7 @@ class Tangents(NamedTuple):
     of_signals: Sources
 
 
-@compiled_inside
+@pasted
 def at_rest(axis, steps):  # type: ignore[no-untyped-def]
     """The `Motion` of an axis that stands at zero."""
     enters, looks = entering(axis.paths), seen(axis.paths, axis.laws, steps)
@@ -95,7 +95,7 @@ def at_rest(axis, steps):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@compiled_inside
+@pasted
 def tangents_at_rest(axis, steps, columns, limits_move, plays):  # type: ignore[no-untyped-def]
     """The `Tangents` of an axis that stands at zero, whose limits depend on its angle or not, and behind a
     play or not."""

@@ -294,12 +294,14 @@ def faded(values):  # type: ignore[no-untyped-def]
 
 
 @compiled_loop
-def advance_tangents(paths, laws, motion, tangents, drives):  # type: ignore[no-untyped-def]
-    """Tangents of the states a step on with what is fed to them, and with that of v where that `drives`; of
-    w and of the signals of the laws (all but an INNOVATION have one) from the states after it."""
-    real, sections, direct = paths.real, paths.sections, paths.direct
-    enters, looks, d_state, fed = motion.enters, motion.looks, tangents.states, tangents.fed
-    d_taus, d_v, d_w, d_signals = tangents.torques, tangents.v, tangents.w, tangents.signals
+def advance_tangents(  # type: ignore[no-untyped-def]
+    real, sections, direct, enters, looks, laws, d_state, fed, d_taus, d_v, drives, d_w, d_signals
+):
+    """Tangents of the states a step on with what is `fed` to them, and with that of v where that `drives`; of
+    w and of the signals of the laws (all but an INNOVATION have one) from the states after it.
+
+    Arrays hold blocks of LANES columns: of every block all states, or all laws, a row each.
+    """
     n_laws, n_real, states = len(laws), real.shape[1], enters.shape[1]
     at_integral, at_direct = states - 2, states - 2 - n_laws
     # The first law that looks at anything; an INNOVATION alone has a row of zeros.
