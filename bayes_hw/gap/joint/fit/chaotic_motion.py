@@ -20,9 +20,10 @@ EXPLODED = 1e3
 def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray, IntArray]:
     """What draws are taken about, its `factor`, and which of the fit's coordinates its own are (size,).
 
-    The fit itself, or where its motion is chaotic and no observer follows it, the same axis under the torques
-    that the fit's laws gave: known inputs then, whose ports stay free and whose laws' own parameters are not
-    asked for. Raises FloatingPointError where derivatives overflow and no torque is the reason.
+    The fit itself, or where its motion is chaotic, with the readings' corrections where an observer follows
+    it, the same axis under the torques that the fit's laws gave: known inputs then, whose ports stay free and
+    whose laws' own parameters are not asked for. Raises FloatingPointError where derivatives overflow and no
+    torque is the reason.
     """
     whole: FloatArray | None = None
     try:
@@ -30,7 +31,7 @@ def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray, IntArray]:
     except FloatingPointError:
         if not has_torques(fit):
             raise
-    if whole is not None and (fit.observer is not None or not has_torques(fit)):
+    if whole is not None and not has_torques(fit):
         return fit, whole, np.arange(fit.response.size)
     held, where = _under_its_torques(fit)
     factor, count = held.factor(), held.response.size

@@ -21,6 +21,7 @@ from bayes_hw.gap.joint.posterior.reported_quantities import (
 )
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units
 
@@ -158,6 +159,22 @@ def test_under_held_torques_a_port_is_told_as_under_its_law(monkeypatch: pytest.
     assert len(own) == 4
     told, under_law = held.T @ held, by_the_law.T @ by_the_law
     np.testing.assert_allclose(told[np.ix_(own, own)], under_law[np.ix_(where[own], where[own])], rtol=1e-6)
+
+
+def test_torques_are_held_where_readings_correct_the_motion_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An observer that corrects too little leaves derivatives that grow: the readings go on correcting."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    response = JointResponse(STRUCTURE, (rub,), measured((rub,), SAMPLES, (1, 2)), scale(SAMPLES))
+    plain = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, (rub,)))))
+    fit = observed(plain)[0]
+    assert drawn_about(fit)[0] is fit
+    monkeypatch.setattr(chaotic_motion, "EXPLODED", 0.0)
+    held, _, where = drawn_about(fit)
+    assert held.observer is not None
+    assert not any(effect.is_own_law for effect in held.response.template)
+    np.testing.assert_array_equal(held.point.coordinates, fit.point.coordinates[where])
+    for one, other in zip(held.point.residuals, fit.point.residuals, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def test_under_held_torques_every_record_is_fitted_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
