@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,8 @@ class JointEvidence:
     """Nats of every label of the fit after regrowth (`nats`), of the readings' faults (`reading_nats`), of
     every label's best explanation alone over the base (`rivals`) and of the fit over the base (`own`); the
     labels of the fit and what it leaves; the labels that were `followed` to the end of the search, whose
-    nats are those of that end."""
+    nats are those of that end; for labels of an answer of several, by how many nats that leads with another
+    one in the place of each (`stand_ins`)."""
 
     nats: Mapping[str, float]
     reading_nats: Mapping[str, float]
@@ -32,6 +33,7 @@ class JointEvidence:
     remainder: Remainder
     followed: tuple[str, ...] = ()
     cut_short: bool = False
+    stand_ins: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, found: JointAnswer) -> JointEvidence:
@@ -45,6 +47,7 @@ class JointEvidence:
             found.remainder,
             found.followed,
             found.cut_short,
+            {label: dict(leads) for label, leads in found.stand_ins.items()},
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -63,6 +66,7 @@ class JointEvidence:
             Remainder(**content["remainder"]),
             tuple(content.get("followed", ())),
             bool(content.get("cut_short", False)),
+            content.get("stand_ins", {}),
         )
 
 
@@ -219,9 +223,26 @@ def _probabilities(
 
 
 def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
-    """Labels of the answer, rivals in place of each, and the nats by which it leads: of effects, rivals that
-    were followed to the end, and beside a single one those whose own best explanation is as good. Causes of
-    the noise are rivals of each other."""
+    """Labels of the answer, rivals in place of each, and the nats by which it leads."""
+    leads: dict[tuple[str, str], float] = {}
+    for named, rival, lead in (*_followed_rivals(found, answer), *_stand_ins(found, answer)):
+        leads[named, rival] = min(lead, leads.get((named, rival), np.inf))
+    return [(named, rival, lead) for (named, rival), lead in leads.items()]
+
+
+def _stand_ins(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+    """Beside another label of the answer, what is as good in the place of one."""
+    return [
+        (named, rival, lead)
+        for named, leads in found.stand_ins.items()
+        for rival, lead in leads.items()
+        if named in answer and rival not in answer and lead < AS_GOOD
+    ]
+
+
+def _followed_rivals(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+    """Of effects, rivals that were followed to the end, and beside a single one those whose own best
+    explanation is as good. Causes of the noise are rivals of each other."""
     named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
     if named is None or named not in answer:
         return []

@@ -28,6 +28,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     described,
     each_alone,
     with_exchanged_laws,
+    with_labels_exchanged,
     with_what_it_asks,
 )
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
@@ -51,7 +52,9 @@ SEARCHED = 0.6
 class JointAnswer:
     """What the search found: `fit` with its effects, `base` the best without any, the verified nats of every
     label, the best score over the base's that every label reached alone (those that were followed to the end
-    in place of the answer, there: `ends` has their fits), faults of the readings, and what is left. `known`
+    in place of the answer, there: `ends` has their fits), faults of the readings, and what is left; of an
+    answer of several labels `stand_ins`, by how many nats it leads with another label in the place of one.
+    `known`
     says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
     frequency in time that was taken out of the records of both; with limits that have `fallen` in every
     record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
@@ -70,6 +73,7 @@ class JointAnswer:
     ends: Mapping[str, JointFit] = field(default_factory=dict)
     clear_of_zone: bool = False
     cut_short: bool = False
+    stand_ins: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def followed(self) -> tuple[str, ...]:
@@ -182,7 +186,9 @@ def _explained(
         ended = begun_anew(ended, told)
     ended = with_exchanged_laws(ended, told)
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
-    best = max(ended, key=lambda path: path.gained, default=begun)
+    leading = max(ended, key=lambda path: path.gained, default=begun)
+    best, stand_ins = with_labels_exchanged(leading, told)
+    ended = [best if path is leading else path for path in ended]
     instead = [path for path in ended if path is best or path.is_without(best)]
     others = [*alone.values(), *each_alone(best, told)]
     fit, nats = verified(best.fit, best.base, others, best.readings, told)
@@ -207,7 +213,10 @@ def _explained(
     last = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     cut_short = cut_short or time_is_up()
-    return JointAnswer(best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short)
+    return JointAnswer(
+        best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short,
+        stand_ins=stand_ins if set(best.fit.labels) >= set(stand_ins) else {},
+    )  # fmt: skip
 
 
 def silent(message: str) -> None:

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from bayes_hw.crew import each
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.structure_moves import pruned
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
@@ -23,6 +24,9 @@ from bayes_hw.phrases import log_evidence
 MOST_STEPS = 10
 NEAR = 0.5
 """Of what several labels gain, from which one that begins alone is followed."""
+
+MOST_EXCHANGES = 2
+"""Labels of one explanation that are exchanged for others, one after another."""
 
 LARGE_ORDER = 8
 """Of G, above which it is pruned before its effect is given what it asks for."""
@@ -121,6 +125,42 @@ def each_alone(path: FollowedPath, told: Callable[[str], None]) -> list[JointFit
     for one in alone:
         told(f"{log_evidence(one.score - path.base.score)} alone: {described(one)}")
     return alone
+
+
+def with_labels_exchanged(
+    path: FollowedPath, told: Callable[[str], None]
+) -> tuple[FollowedPath, dict[str, dict[str, float]]]:
+    """The path where each label of an explanation by several has no better one in its place, and by how many
+    nats it leads with another named label in the place of one, begun over the G that they ended with."""
+    for exchanges in range(MOST_EXCHANGES + 1):
+        stand_ins = _stand_ins(path.fit)
+        best = highest([path.fit, *(one for others in stand_ins.values() for one in others)])
+        if exchanges == MOST_EXCHANGES or best.score < path.fit.score + STRUCTURAL_NATS:
+            break
+        fit = as_seen(pruned(_with_all_it_asks(best, path.base, told)))
+        told(f"{log_evidence(fit.score - path.base.score)} by another label: {described(fit)}")
+        path = replace(path, fit=fit)
+    return path, {label: _leads(path.fit, others) for label, others in stand_ins.items()}
+
+
+def _stand_ins(fit: JointFit) -> dict[str, list[JointFit]]:
+    """For every label of an explanation by several the same one with other named labels in its place."""
+    labels = list(dict.fromkeys(fit.effect_labels))
+    if len(labels) < 2 or fit.observer is not None:
+        return {}
+
+    def others(label: str) -> list[JointFit]:
+        forms = [form for form in FORMS if form.label not in (label, OTHER)]
+        return effect_candidates(fit.without(label), forms)
+
+    return dict(zip(labels, each(others, labels), strict=True))
+
+
+def _leads(fit: JointFit, others: Sequence[JointFit]) -> dict[str, float]:
+    leads: dict[str, float] = {}
+    for one in others:
+        leads[one.labels[-1]] = min(fit.score - one.score, leads.get(one.labels[-1], np.inf))
+    return leads
 
 
 def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]) -> JointFit:

@@ -24,6 +24,7 @@ def _decided(
     readings: dict[str, float] | None = None,
     rivals: dict[str, float] | None = None,
     followed: tuple[str, ...] = (),
+    stand_ins: dict[str, dict[str, float]] | None = None,
 ) -> JointDecision:
     found = SimpleNamespace(
         nats=nats,
@@ -34,6 +35,7 @@ def _decided(
         base=SimpleNamespace(score=0.0),
         cut_short=False,
         followed=followed,
+        stand_ins=stand_ins or {},
     )
     return decide_jointly(cast(JointAnswer, found))
 
@@ -142,6 +144,20 @@ def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
     first, second = (_decided({"gain_asymmetry": 252.0}, rivals=r).probability for r in (behind, turned))
     assert first == pytest.approx(second)
     assert first["gain_asymmetry"] == max(first.values())
+
+
+def test_what_is_as_good_in_the_place_of_one_of_two_shares_with_that_one() -> None:
+    """A drift as good as a bias beside limits that move; what falls behind, or is in the answer, is none."""
+    nats = {"saturation_drift": 300.0, "command_bias": 250.0}
+    plain = _decided(nats)
+    leads = {"command_bias": {"sensor_drift": 0.0, "gain_drift": 90.0, "saturation_drift": 0.0}}
+    found = _decided(nats, stand_ins=leads)
+    assert found.answer == plain.answer
+    assert found.confusable == (("command_bias", "sensor_drift"),)
+    assert found.probability["sensor_drift"] == pytest.approx(found.probability["command_bias"])
+    together = [sum(d.probability[x] for x in ("command_bias", "sensor_drift")) for d in (plain, found)]
+    assert together[0] == pytest.approx(together[1])
+    assert found.probability["saturation_drift"] == plain.probability["saturation_drift"]
 
 
 def test_a_label_and_its_rival_are_together_no_more_than_sure() -> None:

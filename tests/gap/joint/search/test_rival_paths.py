@@ -14,7 +14,12 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
-from bayes_hw.gap.joint.search.rival_paths import begun_anew, best_of_each_label, each_alone
+from bayes_hw.gap.joint.search.rival_paths import (
+    begun_anew,
+    best_of_each_label,
+    each_alone,
+    with_labels_exchanged,
+)
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
@@ -74,6 +79,29 @@ def test_a_label_that_needs_none_beside_it_is_found_alone() -> None:
     assert friction.names == ("friction (Coulomb, motor)",)
     assert friction.score > pair.fit.score
     assert each_alone(replace(pair, fit=friction), silent) == []
+
+
+def test_a_label_in_whose_place_another_is_better_is_exchanged() -> None:
+    """A gain that drifts and limits that move made the records; instead of the limits the explanation has a
+    drift of the sensor."""
+    warm = Effect(form("gain_drift"), np.array([0.3, 100.0]))
+    moved = Effect(form("saturation_drift"), np.array([0.1, 0.05, 4.0, 0.5]))
+    ramp = Effect(form("sensor_drift", "ramp"), np.array([1e-5]))
+    records = measured((warm, moved), SAMPLES, (1, 2))
+    wrong = _path(records, CASCADE, warm, ramp)
+    right = _path(records, CASCADE, warm, moved)
+    found, leads = with_labels_exchanged(wrong, silent)
+    assert set(found.fit.effect_labels) == {"gain_drift", "saturation_drift"}
+    assert found.gained > right.gained - 5.0 > wrong.gained
+    assert min(leads["saturation_drift"].values()) > 25.0
+    same, _ = with_labels_exchanged(found, silent)
+    assert same is found
+
+
+def test_one_label_alone_has_no_stand_ins() -> None:
+    warm = Effect(form("gain_drift"), np.array([0.3, 100.0]))
+    path = _path(measured((warm,), SAMPLES, (1,)), CASCADE, warm)
+    assert with_labels_exchanged(path, silent) == (path, {})
 
 
 def test_explanations_that_share_a_further_label_stand_in_place_of_each_other() -> None:
