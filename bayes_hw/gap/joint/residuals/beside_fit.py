@@ -20,21 +20,25 @@ def best_coefficients(
     fit: AnyFit, base: AnyFit, columns: Sequence[FloatArray], whitener: Whitener
 ) -> FloatArray:
     """Of columns (n, samples) of every record, by generalised least squares from the readings as they are in
-    `base` under the coordinates of `fit`, its base free beside them but for its prior, where it has one."""
+    `base` under the coordinates of `fit`, its base free beside them but for its prior, where it has one; NaN
+    where the derivatives overflow."""
     at = replace(base, point=evaluate(base.response, fit.point.coordinates, whitener))
     joined = np.concatenate(list(whitened_columns(at, columns, whitener)), axis=1)
     tangents, target = joined[:-1], joined[-1]
     count = len(columns[0])
-    norms = np.linalg.norm(tangents, axis=1)
-    norms[norms == 0] = 1.0  # Limits that no command reaches are seen by their prior alone.
+    variance = at.point.sum_of_squares / at.point.samples
+    prior, centre = np.zeros(len(tangents)), np.zeros(len(tangents))
+    prior[count:] = prior_precision(base.response, at.point.coordinates) * variance
+    centre[count:] = -at.point.coordinates
+    # Limits that no command reaches are seen by their prior alone, which then is what they are counted in.
+    norms = np.sqrt(np.sum(tangents**2, axis=1) + prior)
+    norms[norms == 0] = 1.0
     scaled = tangents / norms[:, None]
     # A straight line is a gain too: which of them, the prior says; a ridge what it leaves open.
-    gram, product = scaled @ scaled.T + RIDGE * np.eye(len(scaled)), scaled @ target
-    variance = at.point.sum_of_squares / at.point.samples
-    prior = prior_precision(base.response, at.point.coordinates) * variance / norms[count:] ** 2
-    gram[count:, count:] += np.diag(prior)
-    product[count:] -= prior * norms[count:] * at.point.coordinates
-    found = np.linalg.solve(gram, product) / norms
+    gram = scaled @ scaled.T + np.diag(prior / norms**2 + RIDGE)
+    if not np.isfinite(gram).all():
+        return np.full(count, np.nan)
+    found = np.linalg.solve(gram, scaled @ target + prior / norms * centre) / norms
     return np.asarray(found[:count], dtype=np.float64)
 
 

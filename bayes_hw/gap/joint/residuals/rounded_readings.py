@@ -50,6 +50,8 @@ def _taken_off(fit: AnyFit, step: float, harmonics: int) -> tuple[AnyFit, float]
     for _ in range(ROUNDS):
         columns = _columns(fit, step, harmonics)
         own = best_coefficients(fit, replace(fit, response=as_read), columns, fit.point.whitener)
+        if not np.isfinite(own).all():
+            break
         bent = (replace(r, y=r.y - own @ c) for r, c in zip(as_read.records, columns, strict=True))
         response = replace(fit.response, records=tuple(bent))
         begun = evaluate(response, fit.point.coordinates)

@@ -16,6 +16,7 @@ from bayes_hw.gap.joint.given.given_model import STATIC
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
+from bayes_hw.gap.joint.residuals import beside_fit
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.identify.growth.descent import triangular_factor
@@ -136,3 +137,13 @@ def gain_sd(fit: GivenFit, factor: FloatArray) -> float:
     """Standard deviation of the logarithm of the gain by a triangular factor (size + 1, size + 1)."""
     precision = factor[:-1, :-1].T @ factor[:-1, :-1] / (factor[-1, -1] ** 2 / fit.point.samples)
     return float(np.sqrt(np.linalg.inv(precision)[STATIC - 1, STATIC - 1]))
+
+
+def test_derivatives_that_overflow_tell_no_shape(quiet: GivenFit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a motion that grows over the record: no number, and no error."""
+    rows = np.full((quiet.response.size + 2, SAMPLES), np.inf)
+    monkeypatch.setattr(beside_fit, "whitened_columns", lambda *_: [rows, rows])
+    columns = [np.ones((1, SAMPLES))] * 2
+    with np.errstate(all="ignore"):
+        found = beside_fit.best_coefficients(quiet, quiet, columns, quiet.point.whitener)
+    assert found.shape == (1,) and np.isnan(found).all()
