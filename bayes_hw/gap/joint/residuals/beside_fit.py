@@ -26,19 +26,18 @@ def best_coefficients(
     joined = np.concatenate(list(whitened_columns(at, columns, whitener)), axis=1)
     tangents, target = joined[:-1], joined[-1]
     count = len(columns[0])
-    variance = at.point.sum_of_squares / at.point.samples
-    prior, centre = np.zeros(len(tangents)), np.zeros(len(tangents))
-    prior[count:] = prior_precision(base.response, at.point.coordinates) * variance
-    centre[count:] = -at.point.coordinates
-    # Limits that no command reaches are seen by their prior alone, which then is what they are counted in.
-    norms = np.sqrt(np.sum(tangents**2, axis=1) + prior)
-    norms[norms == 0] = 1.0
+    norms = np.linalg.norm(tangents, axis=1)
+    norms[norms == 0] = 1.0  # Limits that no command reaches are seen by their prior alone.
     scaled = tangents / norms[:, None]
     # A straight line is a gain too: which of them, the prior says; a ridge what it leaves open.
-    gram = scaled @ scaled.T + np.diag(prior / norms**2 + RIDGE)
+    gram, product = scaled @ scaled.T + RIDGE * np.eye(len(scaled)), scaled @ target
+    variance = at.point.sum_of_squares / at.point.samples
+    prior = prior_precision(base.response, at.point.coordinates) * variance / norms[count:] ** 2
+    gram[count:, count:] += np.diag(prior)
+    product[count:] -= prior * norms[count:] * at.point.coordinates
     if not np.isfinite(gram).all():
         return np.full(count, np.nan)
-    found = np.linalg.solve(gram, scaled @ target + prior / norms * centre) / norms
+    found = np.linalg.solve(gram, product) / norms
     return np.asarray(found[:count], dtype=np.float64)
 
 

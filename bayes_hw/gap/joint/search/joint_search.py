@@ -54,9 +54,8 @@ class JointAnswer:
     label, the best score over the base's that every label reached alone (those that were followed to the end
     in place of the answer, there: `ends` has their fits), faults of the readings, and what is left; of an
     answer of several labels `stand_ins`, by how many nats it leads with another label in the place of one.
-    `known`
-    says of every known input what was found; those accepted are part of `base`. `tone` is a motion of one
-    frequency in time that was taken out of the records of both; with limits that have `fallen` in every
+    `known` says of every known input what was found; those accepted are part of `base`. `tone` is a motion of
+    one frequency in time that was taken out of the records of both; with limits that have `fallen` in every
     record `fit` is to the commands that were left. Fits are to samples that are `clear_of_zone` where a slow
     error asks for that. A search that was `cut_short` had no time left to grow G, to look further, or to
     begin again clear of the dead zone."""

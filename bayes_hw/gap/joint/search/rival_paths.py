@@ -140,11 +140,14 @@ def with_labels_exchanged(
         fit = as_seen(pruned(_with_all_it_asks(best, path.base, told)))
         told(f"{log_evidence(fit.score - path.base.score)} by another label: {described(fit)}")
         path = replace(path, fit=fit)
-    return path, {label: _leads(path.fit, others) for label, others in stand_ins.items()}
+    score = path.fit.score
+    return path, {
+        label: {one.labels[-1]: score - one.score for one in others} for label, others in stand_ins.items()
+    }
 
 
 def _stand_ins(fit: JointFit) -> dict[str, list[JointFit]]:
-    """For every label of an explanation by several the same one with other named labels in its place."""
+    """For every label of an explanation by several the best ones with each other named label in its place."""
     labels = list(dict.fromkeys(fit.effect_labels))
     if len(labels) < 2 or fit.observer is not None:
         return {}
@@ -154,13 +157,6 @@ def _stand_ins(fit: JointFit) -> dict[str, list[JointFit]]:
         return effect_candidates(fit.without(label), forms)
 
     return dict(zip(labels, each(others, labels), strict=True))
-
-
-def _leads(fit: JointFit, others: Sequence[JointFit]) -> dict[str, float]:
-    leads: dict[str, float] = {}
-    for one in others:
-        leads[one.labels[-1]] = min(fit.score - one.score, leads.get(one.labels[-1], np.inf))
-    return leads
 
 
 def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]) -> JointFit:

@@ -12,12 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.joint_forms import AT_ONCE, BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.identify.cascade_roots import section_poles
 
 TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
@@ -56,7 +57,7 @@ def accelerates(fit: JointFit, number: int) -> bool:
     if (ports := effect.ports) is None:
         return False
     cascade = fit.values.cascade
-    slow_pairs = [_lasts(np.sqrt(complex(a1**2 / 4 - a2)), a1 / 2) for a1, a2 in cascade.sections[:2].T]
+    slow_pairs = [_lasts(section_poles(a1, a2)) for a1, a2 in cascade.sections[:2].T]
     slow = replace(
         ports,
         real=np.where(cascade.real[0] > LASTING, ports.real, 0.0),
@@ -73,11 +74,9 @@ def accelerates(fit: JointFit, number: int) -> bool:
     return float(np.std(passed)) > ACCELERATED * float(np.std(whole))
 
 
-def _lasts(apart: complex, middle: float) -> bool:
-    """Whether a pair of poles, so far `apart` to either side of their middle, is of a motion that lasts: it
-    swings, or decays in more than a sample."""
-    last = middle + apart
-    return bool(abs(last) > LASTING if last.imag else last.real > LASTING)
+def _lasts(poles: ComplexArray) -> bool:
+    """Whether a pair of poles is of a motion that lasts: it swings, or decays in more than a sample."""
+    return bool(abs(poles[0]) > LASTING if poles[0].imag else poles.real.max() > LASTING)
 
 
 def sees_twist(fit: JointFit, number: int) -> bool:
