@@ -21,7 +21,7 @@ def limited_and_gain(packed: PackedAxis, u: FloatArray, w: FloatArray) -> tuple[
     axis = packed.axis()
     change, warming = axis.inputs[K.CHANGE], axis.inputs[K.WARMING]
     gain = 1 + change * (1 - np.exp(-np.arange(len(u)) / warming))
-    return limited_commands(u, w, axis, packed.no_columns), gain
+    return limited_commands(u, w, axis.static, axis.inputs), gain
 
 
 def through_drive(structure: Structure, values: JointValues, rows: FloatArray) -> FloatArray:

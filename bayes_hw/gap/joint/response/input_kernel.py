@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.compiled import compiled, compiled_inside, compiled_loop, pasted
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.response.motion_kernel import at_rest, tangents_at_rest
+from bayes_hw.gap.joint.response.motion_kernel import RAMPS
 from bayes_hw.gap.joint.response.ramp_kernel import ramped, ramped_within
 from bayes_hw.model.lanes import LANES
 
@@ -46,6 +47,17 @@ class Factor(NamedTuple):
     lead: float
 
 
+class CommandTangents(NamedTuple):
+    """What a command takes of `motion_kernel.Tangents`."""
+
+    blocks: int
+    states: FloatArray
+    each_w: FloatArray
+    each_v: FloatArray
+    ramps: FloatArray
+    moving: IntArray
+
+
 @compiled_inside
 def input_effects(inputs, of_inputs):  # type: ignore[no-untyped-def]
     """Those that do something, or whose tangents are asked for."""
@@ -61,26 +73,27 @@ def input_effects(inputs, of_inputs):  # type: ignore[no-untyped-def]
 
 
 @pasted
-def behind_limits(asked, begins, w, axis, steps, effects, columns, motion, tangents):  # type: ignore[no-untyped-def]
-    """The command `asked` over a step behind limits of rate and size, at w; `begins` says whether a sample
-    begins with this step."""
+def behind_limits(  # type: ignore[no-untyped-def]
+    asked, begins, w, before, static, inputs, steps, effects, of_static, of_inputs, ramps, tangents
+):
+    """The command `asked` over a step behind limits of rate and size, at w, a step after `before`; `begins`
+    says whether a sample begins with this step."""
     for c in tangents.moving:
         tangents.each_v[c] = 0.0
-    states = len(motion.entered)
-    factor = limits_factor(effects.limits_move, axis.inputs, w, motion.carried[states - 1], steps)
-    lowest, highest = axis.static[0] * factor.value, axis.static[1] * factor.value
+    factor = limits_factor(effects.limits_move, inputs, w, before, steps)
+    lowest, highest = static[0] * factor.value, static[1] * factor.value
     if effects.early_ramp:
         v, by_lowest, by_highest = ramped_and_limited(
-            asked, lowest, highest, steps, begins, axis.inputs, effects, columns.inputs, motion, tangents
+            asked, lowest, highest, steps, begins, inputs, effects, of_inputs, ramps, tangents
         )
     else:
         v, by_lowest, by_highest = clipped(asked, lowest, highest)
     if by_lowest != 0.0 or by_highest != 0.0:
         add_tangents_of_limits(
-            by_lowest, by_highest, factor, steps, axis.static, effects, columns, states, tangents
+            by_lowest, by_highest, factor, steps, static, effects, of_static, of_inputs, tangents
         )
     if effects.late_ramp:
-        v = ramped_behind(v, steps, begins, axis.inputs, effects, columns.inputs, motion, tangents)
+        v = ramped_behind(v, steps, begins, inputs, effects, of_inputs, ramps, tangents)
     return v
 
 
@@ -109,11 +122,11 @@ def clipped(asked, lowest, highest):  # type: ignore[no-untyped-def]
 
 @pasted
 def ramped_and_limited(  # type: ignore[no-untyped-def]
-    asked, lowest, highest, steps, begins, inputs, effects, of_inputs, motion, tangents
+    asked, lowest, highest, steps, begins, inputs, effects, of_inputs, ramps, tangents
 ):
     """The mean over a step of a ramp towards the command, limited behind, and its derivatives by both limits;
     its other tangents are written."""
-    ramps, d_ramps, d_v = motion.ramps, tangents.ramps, tangents.each_v
+    d_ramps, d_v = tangents.ramps, tangents.each_v
     limited, by_lowest, by_highest, by_rate, by_before, end, end_by_rate, end_by_before = ramped_within(
         asked, ramps[EARLY], inputs[K.EARLY_RATE] * steps, lowest, highest
     )
@@ -149,11 +162,11 @@ def ramped_and_limited(  # type: ignore[no-untyped-def]
 
 @pasted
 def add_tangents_of_limits(  # type: ignore[no-untyped-def]
-    by_lowest, by_highest, factor, steps, static, effects, columns, states, tangents
+    by_lowest, by_highest, factor, steps, static, effects, of_static, of_inputs, tangents
 ):
-    """Added: what a command that depends so on both limits has from their tangents; the last of the states is
-    w a step before."""
-    d_v, of_static, of_inputs, by_factor = tangents.each_v, columns.static, columns.inputs, 0.0
+    """Added: what a command that depends so on both limits has from their tangents; the last state of every
+    block is w a step before."""
+    d_v, by_factor = tangents.each_v, 0.0
     if by_lowest != 0.0:
         by_factor += by_lowest * static[0]
         if of_static[0] >= 0:
@@ -164,6 +177,7 @@ def add_tangents_of_limits(  # type: ignore[no-untyped-def]
             d_v[of_static[1]] += by_highest * factor.value
     if effects.limits_move:
         by_ahead, lead = by_factor * factor.slope, factor.lead
+        states = len(tangents.states) // max(tangents.blocks, 1)
         for c in tangents.moving:
             d_before = tangents.states[c // LANES * states + states - 1, c % LANES]
             d_v[c] += by_ahead * ((1.0 + lead) * tangents.each_w[c] - lead * d_before)
@@ -177,9 +191,9 @@ def add_tangents_of_limits(  # type: ignore[no-untyped-def]
 
 
 @pasted
-def ramped_behind(limited, steps, begins, inputs, effects, of_inputs, motion, tangents):  # type: ignore[no-untyped-def]
+def ramped_behind(limited, steps, begins, inputs, effects, of_inputs, ramps, tangents):  # type: ignore[no-untyped-def]
     """The mean over a step of a ramp towards the limited command, with its tangents."""
-    ramps, d_ramps, d_v = motion.ramps, tangents.ramps, tangents.each_v
+    d_ramps, d_v = tangents.ramps, tangents.each_v
     v, end, by_rate, by_before, end_by_rate, end_by_before = ramped(
         limited, ramps[LATE], inputs[K.LATE_RATE] * steps
     )
@@ -240,19 +254,22 @@ def behind_gains(v, k, inputs, effects, of_inputs, tangents):  # type: ignore[no
 
 
 @compiled(nogil=True)
-def limited_commands(u, w, axis, columns):  # type: ignore[no-untyped-def]
+def limited_commands(u, w, static, inputs):  # type: ignore[no-untyped-def]
     """Every sample's command (samples,) behind limits of rate and size of the delayed command u along w
-    (samples,); `columns` are none."""
-    found, effects = np.empty(len(u)), input_effects(axis.inputs, columns.inputs)
-    motion = at_rest(axis, 1)
-    tangents = tangents_at_rest(axis, 1, columns, effects.limits_move, False)
-    _limit_along(u, w, axis, effects, columns, motion, tangents, found)
+    (samples,); `static` begins with both limits."""
+    found, none = np.empty(len(u)), np.full(len(inputs), -1)
+    nothing = CommandTangents(
+        0, np.zeros((0, LANES)), np.zeros(0), np.zeros(0), np.zeros((RAMPS, 0)), np.zeros(0, np.int64)
+    )
+    _limit_along(u, w, static, inputs, input_effects(inputs, none), none, np.zeros(RAMPS), nothing, found)
     return found
 
 
 @compiled_loop
-def _limit_along(u, w, axis, effects, columns, motion, tangents, found):  # type: ignore[no-untyped-def]
-    at_before = len(motion.entered) - 1
+def _limit_along(u, w, static, inputs, effects, none, ramps, nothing, found):  # type: ignore[no-untyped-def]
+    before = 0.0
     for k in range(len(u)):
-        found[k] = behind_limits(u[k], True, w[k], axis, 1, effects, columns, motion, tangents)
-        motion.carried[at_before] = w[k]
+        found[k] = behind_limits(
+            u[k], True, w[k], before, static, inputs, 1, effects, none, none, ramps, nothing
+        )
+        before = w[k]

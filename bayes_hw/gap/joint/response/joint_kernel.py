@@ -61,7 +61,10 @@ def _respond(u, axis, steps, before_g, behind_g, columns, motion, tangents, run,
     for _ in range(len(u) * steps):
         at_sample = within == 0
         w = angle(motion)
-        v = behind_limits(u[sample], at_sample, w, axis, steps, before_g, columns, motion, tangents)
+        v = behind_limits(
+            u[sample], at_sample, w, motion.carried[states - 1], axis.static, axis.inputs, steps, before_g,
+            columns.static, columns.inputs, motion.ramps, tangents,
+        )  # fmt: skip
         v = behind_gains(v, sample + within * share, axis.inputs, before_g, columns.inputs, tangents)
         motion.carried[states] = v
         look(laws, motion, tangents)

@@ -65,7 +65,10 @@ def _follow(  # type: ignore[no-untyped-def]
                 asked = line[k % delay]
                 line[k % delay] = command
             u_out[k], w_out[k], y_out[k] = command, w, y
-        v = behind_limits(asked, step == 0, w, axis, steps, before_g, columns, motion, tangents)
+        v = behind_limits(
+            asked, step == 0, w, motion.carried[states - 1], axis.static, axis.inputs, steps, before_g,
+            columns.static, columns.inputs, motion.ramps, tangents,
+        )  # fmt: skip
         v = behind_gains(v, k + step / steps, axis.inputs, before_g, columns.inputs, tangents)
         motion.carried[states] = v
         look(axis.laws, motion, tangents)
