@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 import numpy as np
+from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
@@ -23,6 +24,7 @@ from bayes_hw.identify.growth.extension import (
     joined_pole,
     with_section,
     with_separate_pole,
+    without_real_pole,
     without_section,
 )
 from bayes_hw.identify.growth.levels import levels_of
@@ -305,8 +307,8 @@ class JointFit:
         return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
 
     def without_section(self, number: int) -> JointFit:
-        """One section fewer."""
-        values = self.values
+        """One section fewer, the others beginning with what they can do of it."""
+        values = self._with_weights_moved([], [number])
         structure, cascade = without_section(self.structure, values.cascade, number)
         effects = _each_port(
             values,
@@ -318,14 +320,9 @@ class JointFit:
         return self.moved(structure, JointValues(cascade, effects))
 
     def without_pole(self, number: int) -> JointFit:
-        """One real pole fewer."""
-        values = self.values
-        cascade = replace(
-            values.cascade,
-            real=np.delete(values.cascade.real, number, axis=1),
-            starts=np.delete(values.cascade.starts, int(self.structure.integrator) + number, axis=1),
-        )
-        structure = replace(self.structure, real_poles=self.structure.real_poles - 1)
+        """One real pole fewer, the others beginning with what they can do of it."""
+        values = self._with_weights_moved([number], [])
+        structure, cascade = without_real_pole(self.structure, values.cascade, number)
         effects = _each_port(
             values,
             lambda p: replace(
@@ -333,6 +330,34 @@ class JointFit:
             ),
         )
         return self.moved(structure, JointValues(cascade, effects))
+
+    def _with_weights_moved(self, poles: Sequence[int], sections: Sequence[int]) -> JointValues:
+        """The values where the weights of some real poles and sections are zero and all others have, by the
+        derivatives here, moved to where that costs least (Hassibi and Stork 1993, Second order derivatives
+        for network pruning: optimal brain surgeon)."""
+        s, coordinates = self.structure, self.point.coordinates
+        # Weights are coordinates as they are: at coordinates that count themselves each is its own place.
+        places = self.response.values(np.arange(len(coordinates), dtype=np.float64))
+        out = _weights(places, poles, sections).astype(int)
+        weights = _weights(places, range(s.real_poles), range(s.sections)).astype(int)
+        if s.integrator:
+            weights = np.append(weights, int(places.cascade.integrator_residue))
+        kept, factor = np.setdiff1d(weights, out), self.factor()
+        left_out = coordinates.copy()
+        left_out[out] = 0.0
+        moved = left_out.copy()
+        moved[kept] += linalg.lstsq(factor[:, kept], factor[:, out] @ coordinates[out], check_finite=False)[0]
+        # Behind a law that feeds back, so large a step may be a motion that grows.
+        return self.response.values(min(moved, left_out, key=self._misfit))
+
+    def _misfit(self, coordinates: FloatArray) -> float:
+        """Sum of squares of the weighted residuals at other coordinates."""
+        found = 0.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            for e, record in zip(self.response.residuals(coordinates), self.response.records, strict=True):
+                measured = e[record.measured_samples]
+                found += float(measured @ measured)
+        return found if np.isfinite(found) else np.inf
 
     def finer(self) -> JointFit:
         """Laws and plays act FINE_STEPS times a sample: what sticks or turns within one does not wait for its
@@ -351,6 +376,17 @@ AnyFit = TypeVar("AnyFit", bound=JointFit)
 
 def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:
     return tuple(e if e.ports is None else replace(e, ports=change(e.ports)) for e in values.effects)
+
+
+def _weights(values: JointValues, poles: Sequence[int], sections: Sequence[int]) -> FloatArray:
+    """Of these real poles and sections, in G and in every port of the effects."""
+    found = [values.cascade.real[1, poles], values.cascade.sections[2:, sections]]
+    for effect in values.effects:
+        if (ports := effect.ports) is not None:
+            found += [ports.real[poles], ports.sections[:, sections]]
+            if ports.signal:
+                found += [ports.signal_real[poles], ports.signal_sections[:, sections]]
+    return np.concatenate([part.ravel() for part in found])
 
 
 def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
