@@ -223,8 +223,13 @@ _HYSTERESIS = Form(
     lambda s: [(share * s.twist,) for share in (0.1, 1.0)],
     K.BRISTLE, K.BASE_TWIST_RATE,
 )  # fmt: skip
-BY_TWIST: dict[Form, Form] = {f: _by_twist(f, "backlash", "contact") for f in (*_FRICTIONS, _HYSTERESIS)}
-"""Laws, and the same where they look at a twist and take away what a spring passes on: contact in a gap."""
+_DRAG = Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED)
+BY_TWIST: dict[Form, Form] = {
+    **{form: _by_twist(form, "backlash", "contact") for form in (*_FRICTIONS, _HYSTERESIS)},
+    _DRAG: replace(_DRAG, label="cubic_stiffness", name="quadratic", further=True),
+}
+"""Laws, and the same where they look at a twist: a friction that takes away what a spring passes on is contact
+in a gap, a drag a spring whose stiffness grows or falls with the size of the twist."""
 
 REMEMBERING: dict[Form, Form] = {_HYSTERESIS: _HYSTERESIS} | {
     form: _by_twist(form, "other", "hysteresis") for form in _FRICTIONS if form.law == K.BRISTLE
@@ -332,7 +337,7 @@ FORMS: tuple[Form, ...] = (
         lambda s: [(share * s.travel,) for share in STOP_SHARES],
         K.EXCESS, K.BASE_POSITION,
     ),
-    Form("other", "drag", "law", lambda _: (), lambda _: [()], K.DRAG, K.BASE_SPEED),
+    _DRAG,
     Form("sensor_drift", "ramp", "output", lambda _: (Slot(K.RATE, "rate"),), lambda _: [(0.0,)]),
     Form(
         "sensor_drift", "thermal", "output",

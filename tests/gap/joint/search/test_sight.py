@@ -1,5 +1,5 @@
-"""A law over a twist is contact where it takes away what the drive passes on, hysteresis where it adds; a
-friction that accelerates nothing is lost motion."""
+"""A law over a twist is contact where it takes away what the drive passes on, hysteresis where it adds, a
+drag over one a spring; a friction that accelerates nothing is lost motion."""
 
 from __future__ import annotations
 
@@ -89,6 +89,20 @@ def test_a_twist_follows_the_acceleration(
     fit = fit_with(replace(effect, ports=replace(effect.ports, signal=True)))
     monkeypatch.setattr(sight, "shares_of_motion", lambda *_: (speed, acceleration))
     assert sees_twist(fit, 0) == twist
+
+
+@pytest.mark.parametrize(("twist", "label"), [(True, "cubic_stiffness"), (False, "other")])
+def test_a_drag_that_looks_at_a_twist_is_a_spring(
+    twist: bool, label: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It drags nothing that moves: its torque grows with the twist, beyond a spring's own, and stays so."""
+    effect = some_effect(form("other", "drag"))
+    assert effect.ports is not None
+    fit = fit_with(replace(effect, ports=replace(effect.ports, signal=True)))
+    monkeypatch.setattr(sight, "shares_of_motion", lambda *_: (0.1, 0.6) if twist else (0.6, 0.1))
+    named = named_by_sight(fit)
+    assert named.labels == (label,)
+    assert named.score == pytest.approx(fit.score)
 
 
 def rubbing_through(direct: tuple[float, float], weight: float = 0.0, fast: bool = False) -> JointFit:
