@@ -228,8 +228,8 @@ BY_TWIST: dict[Form, Form] = {
     **{form: _by_twist(form, "backlash", "contact") for form in (*_FRICTIONS, _HYSTERESIS)},
     _DRAG: replace(_DRAG, label="cubic_stiffness", name="quadratic", further=True),
 }
-"""Laws, and the same where they look at a twist: a friction that takes away what a spring passes on is contact
-in a gap, a drag a spring whose stiffness grows or falls with the size of the twist."""
+"""Laws, and the same where they look at a twist: a friction that takes away what a spring passes on is
+contact in a gap, a drag a spring whose stiffness grows or falls with the size of the twist."""
 
 REMEMBERING: dict[Form, Form] = {_HYSTERESIS: _HYSTERESIS} | {
     form: _by_twist(form, "other", "hysteresis") for form in _FRICTIONS if form.law == K.BRISTLE

@@ -20,14 +20,16 @@ INSTANTS = tuple(np.arange(0.05, 0.951, 0.05))
 
 def command_nats(fit: JointFit) -> float:
     """Nats that what promises most promises under the fit's noise: limits that change at an instant of every
-    record, its own; a gain that does; or play of the command. Less the price of what was tried."""
+    record, its own; a gain that does; or play of the command, one of all records. Less the price of what was
+    tried."""
     screen = NoiseScreen.of(fit, fit.point.whitener)
-    found = [0.0, 0.0, 0.0]
-    for number in range(len(fit.response.records)):
-        for kind, rows in enumerate(_responses(fit, number)):
+    responses = [_responses(fit, number) for number in range(len(fit.response.records))]
+    changed = [0.0, 0.0]
+    for number, (limits, gain, _) in enumerate(responses):
+        for kind, rows in enumerate((limits, gain)):
             promised = _promised(fit, screen, number, rows)
-            found[kind] += max(max(promised) - float(np.log(len(rows))), 0.0)
-    return max(found)
+            changed[kind] += max(max(promised) - float(np.log(len(rows))), 0.0)
+    return max(*changed, screen.gain([play for _, _, play in responses]))
 
 
 def limits_that_change(fit: JointFit, screen: NoiseScreen) -> tuple[float, tuple[int, ...]]:
