@@ -16,6 +16,7 @@ from bayes_hw.identify.growth.extension import with_single_poles, without_real_p
 from bayes_hw.identify.growth.lowered import lowered
 from bayes_hw.identify.growth.search import Grown
 from bayes_hw.identify.growth.slow_poles import slow_time_constants, with_real_poles
+from bayes_hw.identify.growth.without_zeros import without_zeros
 from bayes_hw.record import Record
 
 FASTEST = 0.02
@@ -162,12 +163,13 @@ def _descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown
 
 def with_own_delay(start: Grown, factor: int) -> Grown:
     """`start` at its delay, without the poles that a rate lower by `factor` asks for: there a delay is a
-    multiple of `factor` samples, and poles make up for the rest."""
+    multiple of `factor` samples, and poles make up for the rest. Of delays that the records do not tell apart
+    it is the one of a G without zeros where there is one, else the longest."""
     best = start
     while True:
         moved = at_better_delay(without_fast_poles(best), factor)
         if moved.structure == best.structure:
-            return at_longest_delay(moved)
+            return without_zeros(at_longest_delay(moved))
         best = moved
 
 
