@@ -13,16 +13,15 @@ whether there are zeros after all.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from bayes_hw.arrays import ComplexArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues
+from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.identify.growth.search import Grown
-
-SAME_NATS = 1.0
-"""That the delay may cost with all weights free."""
 
 DOUBLE = 1e-9
 """Distance in z below which two poles are one."""
@@ -34,7 +33,7 @@ def without_zeros(item: Grown) -> Grown:
     if not item.structure.integrator or item.structure.order < 3:
         return item
     spared = item.structure.order - 2
-    least = item.log_likelihood - 0.5 * spared * float(np.log(item.point.samples))
+    asked = 0.5 * spared * float(np.log(item.point.samples))
     found = []
     for held in (False, True):
         begun = in_series(item, held)
@@ -42,38 +41,86 @@ def without_zeros(item: Grown) -> Grown:
             continue
         # Weights that are free lead to the poles of that delay, of which the series is asked again.
         free = begun.descended()
-        again = in_series(free, held)
-        if again is not None and again.structure == free.structure and again.log_likelihood > least:
-            found.append((again.log_likelihood, free))
-    if not found:
-        return item
-    _, best = max(found, key=lambda one: one[0])
-    return best if best.log_likelihood > item.log_likelihood - SAME_NATS else item
+        of_zeros = nats_of_zeros(free, held)
+        if of_zeros is not None:
+            found.append((item.log_likelihood - free.log_likelihood + of_zeros, free))
+    lost, best = min(found, key=lambda one: one[0], default=(np.inf, item))
+    return best if lost < asked else item
+
+
+def nats_of_zeros(item: Grown, held: bool) -> float | None:
+    """What the zeros of `item` gain over the likeliest series of poles with the same delay, but for a
+    fraction of a sample, by the curvature of its likelihood; None where its residues are of no series."""
+    begun = _Series.of(item.values, held)
+    if begun is None:
+        return None
+    factor = triangular_factor(item.response, item.point)[:, :-1]
+    factor = factor / np.sqrt(item.point.sum_of_squares / item.point.samples)
+    at, static = item.point.coordinates, item.structure.n_static
+
+    def error(x: FloatArray) -> FloatArray:
+        """Of coordinates of a series: those of the nonlinearities, of the poles, gain and delay."""
+        moved = at.copy()
+        moved[:static] = x[:static]
+        moved[item.response.pole_rows()] = x[static:-2]
+        values = item.response.values(moved)
+        own = replace(begun, gain=x[-2], delay=x[-1]).residues(values)
+        return np.asarray(factor @ (item.response.coordinates(_with_residues(values, own)) - at))
+
+    x = np.concatenate([at[:static], at[item.response.pole_rows()], [begun.gain, begun.delay]])
+    ended = least_squares(error, x, x_scale="jac", method="trf")
+    return float(ended.cost)
 
 
 def in_series(item: Grown, held: bool) -> Grown | None:
     """`item` with the residues of its poles in series, at the delay that its own agree on best: of samples,
     or `held` in continuous time; None where its residues are of no series."""
-    poles, residues = _poles_and_residues(item.values)
-    apart = poles[:, None] - poles + np.eye(len(poles))
-    if np.abs(apart).min() < DOUBLE:
+    series = _Series.of(item.values, held)
+    if series is None:
         return None
-    s = np.log(poles)
-    s[0] = 0.0
-    x = s if held else poles
-    series = 1 / np.prod(x[:, None] - x + np.eye(len(x)), axis=1)
-    if held:
-        series[1:] *= (poles[1:] - 1) / s[1:]
-    turned = np.log(residues[1:] / series[1:] * (series[0] / residues[0]))
-    if not np.isfinite(turned).all():
-        return None
-    true_delay = item.structure.delay_samples - float(
-        np.sum((s[1:].conj() * turned).real) / np.sum(np.abs(s[1:]) ** 2)
-    )
-    delay = max(round(true_delay), 0)
-    own = residues[0] * series / series[0] * np.exp(s * (delay - true_delay))
+    delay = max(round(item.structure.delay_samples + series.delay), 0)
+    left = replace(series, delay=item.structure.delay_samples + series.delay - delay)
+    values = _with_residues(item.values, left.residues(item.values))
     structure = replace(item.structure, delay_samples=delay)
-    return Grown.at(structure, _with_residues(item.values, own), item.response.records, item.point.most_noise)
+    return Grown.at(structure, values, item.response.records, item.point.most_noise)
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Poles in series: the integrator's residue, and samples of delay beyond that of the structure."""
+
+    held: bool
+    gain: float
+    delay: float
+
+    @classmethod
+    def of(cls, values: CascadeValues, held: bool) -> _Series | None:
+        """By all residues together; None where they are of no series."""
+        poles, residues = _poles_and_residues(values)
+        apart = np.abs(poles[:, None] - poles) + np.eye(len(poles))
+        if apart.min() < DOUBLE:
+            return None
+        s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
+        turned = np.log(residues[1:] / alone[1:])
+        if not np.isfinite(turned).all():
+            return None
+        delay = -float(np.sum((s[1:].conj() * turned).real) / np.sum(np.abs(s[1:]) ** 2))
+        return cls(held, float(residues[0].real), delay)
+
+    def residues(self, values: CascadeValues) -> ComplexArray:
+        """In the order of `_poles_and_residues`."""
+        s, alone = self._terms(_poles_and_residues(values)[0])
+        return np.asarray(alone * np.exp(-s * self.delay), np.complex128)
+
+    def _terms(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Logarithms of the poles, and the residues without a delay."""
+        s = np.log(poles)
+        s[0] = 0.0
+        x = s if self.held else poles
+        found = 1 / np.prod(x[:, None] - x + np.eye(len(x)), axis=1)
+        if self.held:
+            found[1:] *= (poles[1:] - 1) / s[1:]
+        return s, np.asarray(self.gain * found / found[0], np.complex128)
 
 
 def _poles_and_residues(values: CascadeValues) -> tuple[ComplexArray, ComplexArray]:
