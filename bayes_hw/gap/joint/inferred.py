@@ -11,8 +11,9 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, decide_jointly, explaining, rivals_of
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.structure_moves import widened
-from bayes_hw.gap.joint.given.given_moves import as_given
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import search_given
 from bayes_hw.gap.joint.posterior.given_posterior import INFLATION as GIVEN_INFLATION
 from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
@@ -85,9 +86,14 @@ def infer_around(
     poorly = _poorly_described(decision) or leaves_a_cause(found.fit)
     inflation, units = OF_ROUNDED if poorly else GIVEN_INFLATION, records[0].units
     rivals = rivals_of(found, decision, GivenCalibration.built_in())
-    posterior = laplace_given(as_given(explaining(found, decision)), units, rng, inflation)
-    others = [(laplace_given(as_given(one), units, rng, inflation), share) for one, share in rivals]
+    posterior = laplace_given(_as_given(explaining(found, decision)), units, rng, inflation)
+    others = [(laplace_given(_as_given(one), units, rng, inflation), share) for one, share in rivals]
     return Inferred(records, found, decision, averaged(posterior, others, rng))
+
+
+def _as_given(fit: JointFit) -> GivenFit:
+    assert isinstance(fit, GivenFit)
+    return fit
 
 
 def _poorly_described(decision: JointDecision) -> bool:

@@ -173,11 +173,23 @@ class JointFit:
             return self
         return replace(self, point=descend(self.response, self.point, steps))
 
+    def on_records_of(self, other: Self) -> Self:
+        """The same explanation of the records of another fit, under its weights, not descended; itself where
+        they are its own."""
+        response = other.response
+        if response.records is self.response.records:
+            return self
+        return self.under(replace(self.response, records=response.records, weights=response.weights))
+
+    def with_limits_reached(self) -> Self:
+        """With limits that no command reaches where commands just do; none are told from no limit here."""
+        return self
+
     def descended_under(self, order: int, steps: int) -> Self:
         """After at most `steps` steps under noise of a held order, free again at the end."""
         return replace(self, point=descend(self.response, self.point, steps, order))
 
-    def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> JointFit:
+    def moved(self, structure: Structure, values: JointValues, whitener: Whitener | None = None) -> Self:
         """At other values of another structure, not descended."""
         response = self._response_of(structure, values)
         return replace(
@@ -188,7 +200,7 @@ class JointFit:
         steps = self.response.steps if any(e.acts_within_sample for e in values.effects) else 1
         return replace(self.response, structure=structure, template=values.effects, steps=steps)
 
-    def with_effect(self, form: Form, start: Sequence[float]) -> JointFit:
+    def with_effect(self, form: Form, start: Sequence[float]) -> Self:
         """One more effect, of no strength yet."""
         return self.moved(self.structure, self._values_with(form, start), self.point.whitener)
 
@@ -204,7 +216,7 @@ class JointFit:
         effect = Effect(form, np.array(start, dtype=np.float64), ports)
         return JointValues(values.cascade, (*values.effects, effect))
 
-    def with_known(self, form: Form, start: Sequence[float]) -> JointFit:
+    def with_known(self, form: Form, start: Sequence[float]) -> Self:
         """One more known input, of no strength yet, before the effects of the catalogue."""
         larger = self.with_effect(form, start)
         effects, count = larger.values.effects, self.known_count
@@ -233,7 +245,7 @@ class JointFit:
             return self
         return replace(self, response=replace(self.response, cause=replace(cause, begun=self.slow)))
 
-    def without(self, label: str) -> JointFit:
+    def without(self, label: str) -> Self:
         """One label fewer, not descended."""
         if label in self.added:
             return self.with_cause(None)
@@ -241,7 +253,7 @@ class JointFit:
         kept = tuple(e for e in values.effects if e.form.label != label)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
-    def led_by(self, label: str) -> JointFit:
+    def led_by(self, label: str) -> Self:
         """The same with the effect of `label` before the others that are no known input."""
         values = self.values
         known, rest = values.effects[: self.known_count], values.effects[self.known_count :]
@@ -250,13 +262,13 @@ class JointFit:
             self.structure, JointValues(values.cascade, (*known, *ordered)), self.point.whitener
         )
 
-    def without_observer(self) -> JointFit:
+    def without_observer(self) -> Self:
         """As a simulation that no reading corrects, not descended."""
         values = self.values
         kept = tuple(e for e in values.effects if e.form.law != K.INNOVATION)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
-    def with_signal(self, number: int) -> JointFit:
+    def with_signal(self, number: int) -> Self:
         """An effect's law may look at the states of G too."""
         values = self.values
         effects = list(values.effects)
@@ -265,14 +277,14 @@ class JointFit:
         effects[number] = replace(effects[number], ports=replace(ports, signal=True))
         return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
 
-    def with_form(self, number: int, form: Form, start: Sequence[float]) -> JointFit:
+    def with_form(self, number: int, form: Form, start: Sequence[float]) -> Self:
         """An effect in another form of one law's family, its ports kept."""
         values = self.values
         effects = list(values.effects)
         effects[number] = Effect(form, np.array(start), effects[number].ports)
         return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
 
-    def with_section(self, a1: float, a2: float) -> JointFit:
+    def with_section(self, a1: float, a2: float) -> Self:
         """One more section of no weight."""
         values = self.values
         structure, cascade = with_section(self.structure, values.cascade, a1, a2)
@@ -282,7 +294,7 @@ class JointFit:
         )
         return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
 
-    def with_pole(self, pole: float) -> JointFit:
+    def with_pole(self, pole: float) -> Self:
         """One more real pole of no weight; it joins a single one into a section."""
         values = self.values
         if self.structure.real_poles == 1:
@@ -306,7 +318,7 @@ class JointFit:
         )
         return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
 
-    def without_section(self, number: int) -> JointFit:
+    def without_section(self, number: int) -> Self:
         """One section fewer, the others beginning with what they can do of it."""
         values = self._with_weights_moved([], [number])
         structure, cascade = without_section(self.structure, values.cascade, number)
@@ -319,7 +331,7 @@ class JointFit:
         )  # fmt: skip
         return self.moved(structure, JointValues(cascade, effects))
 
-    def without_pole(self, number: int) -> JointFit:
+    def without_pole(self, number: int) -> Self:
         """One real pole fewer, the others beginning with what they can do of it."""
         values = self._with_weights_moved([number], [])
         structure, cascade = without_real_pole(self.structure, values.cascade, number)
@@ -359,12 +371,12 @@ class JointFit:
                 found += float(measured @ measured)
         return found if np.isfinite(found) else np.inf
 
-    def finer(self) -> JointFit:
+    def finer(self) -> Self:
         """Laws and plays act FINE_STEPS times a sample: what sticks or turns within one does not wait for its
         end."""
         return self.under(replace(self.response, steps=FINE_STEPS), self.point.whitener)
 
-    def later(self) -> JointFit:
+    def later(self) -> Self:
         """With one more sample of delay."""
         values = self.values
         structure, cascade = advanced(self.structure, values.cascade)
@@ -415,7 +427,7 @@ def descended_each(items: Sequence[AnyFit], steps: int = FULL_STEPS) -> list[Any
     return each(lambda item: item.descended(steps), items)
 
 
-def highest(items: Sequence[JointFit]) -> JointFit:
+def highest(items: Sequence[AnyFit]) -> AnyFit:
     """The one of the best score."""
     return max(items, key=lambda item: item.score)
 

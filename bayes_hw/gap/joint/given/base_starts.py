@@ -8,10 +8,9 @@ import itertools
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import raced
+from bayes_hw.gap.joint.fit.joint_fit import highest, raced
 from bayes_hw.gap.joint.fit.unreached_limits import NEAR, TOUCHING
 from bayes_hw.gap.joint.given.given_model import STATIC
-from bayes_hw.gap.joint.given.given_moves import best_of
 from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -55,7 +54,7 @@ def with_base_anew(fit: GivenFit) -> GivenFit:
     starts = limit_starts(fit)[:RACED]
     for number in range(len(fit.response.given.modes)):
         starts += mode_starts(fit, number)[:RACED]
-    return best_of([fit, *raced([*starts, *unreached_starts(fit)], fit.score)])
+    return highest([fit, *raced([*starts, *unreached_starts(fit)], fit.score)])
 
 
 def _begun(fit: GivenFit, which: slice, values: list[FloatArray]) -> list[GivenFit]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.gap.joint.given.given_moves import as_given, best_of
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
@@ -18,7 +18,7 @@ from bayes_hw.record import Record
 def on_records(fit: GivenFit, records: Sequence[Record]) -> GivenFit:
     """The same explanation of other records of the same samples, descended."""
     response = replace(fit.response, records=records)
-    return as_given(GivenFit(response, evaluate(response, fit.point.coordinates)).descended())
+    return GivenFit(response, evaluate(response, fit.point.coordinates)).descended()
 
 
 def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
@@ -31,7 +31,7 @@ def away_from_zero(fit: GivenFit, base: GivenFit) -> GivenFit | None:
 def slow_clear_of_zone(fit: GivenFit, base: GivenFit, slow: Sequence[GivenFit]) -> GivenFit | None:
     """The base clear of the dead zone where one of the causes that are `slow` explains more than `fit` does:
     on all samples the steps of a slow error at the zone's edges may be explained by an effect."""
-    clear = away_from_zero(best_of(slow), base)
+    clear = away_from_zero(highest(slow), base)
     if clear is None:
         return None
     caused = slow_causes(clear)

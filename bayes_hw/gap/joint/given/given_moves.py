@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
@@ -21,6 +21,7 @@ from bayes_hw.gap.joint.search.effect_moves import (
     other_forms,
 )
 from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
+from bayes_hw.gap.joint.search.structural import explained_slowly
 from bayes_hw.identify.growth.descent import evaluate, triangular_factor
 from bayes_hw.identify.growth.levels import WHITE
 from bayes_hw.time_budget import time_is_up
@@ -33,19 +34,10 @@ LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
 FEW_STARTS, KINDS_FINISHED = 3, 4
-"""Starts of another law of a signal; kinds that go on to their end."""
+"""Starts of another law of a signal; labels that go on to their end."""
 
-WHITE_STARTS, WHITE_ROUNDS, LITTLE_NATS = 2, 3, 5.0
-"""Of a label, begun under white noise; descents under it, while one gains more than a little."""
-
-
-def as_given(found: object) -> GivenFit:
-    assert isinstance(found, GivenFit)
-    return found
-
-
-def best_of(fits: Sequence[object]) -> GivenFit:
-    return as_given(highest(fits))  # type: ignore[arg-type]
+WHITE_STARTS = 2
+"""Of a label, begun under white noise."""
 
 
 def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
@@ -55,7 +47,7 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
         effects = fit.values.effects
         ports = effects[-1].ports
         if ports is not None and not ports.signal:
-            found.append(as_given(fit.with_signal(len(effects) - 1).descended()))
+            found.append(fit.with_signal(len(effects) - 1).descended())
     return found
 
 
@@ -68,18 +60,16 @@ def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
         if effects:
             last = len(effects) - 1
             forms = other_forms(effects[last], fit.response.scale)
-            found += [as_given(fit.with_form(last, f, start).descended()) for f, start in forms if f.further]
+            found += [fit.with_form(last, f, start).descended() for f, start in forms if f.further]
     return found
 
 
 def both_over_position(fit: GivenFit) -> list[GivenFit]:
     """The best explanations by both labels that are errors of the reading over position: noise takes up what
     either leaves of the other, so that neither alone shows what it is worth."""
-    found = [as_given(t) for t in effect_candidates(fit, forms_of("gain_asymmetry"))]
+    found = list(effect_candidates(fit, forms_of("gain_asymmetry")))
     return [
-        explained_slowly(as_given(t))
-        for one in found
-        for t in effect_candidates(one, forms_of("encoder_eccentricity"))
+        explained_slowly(t) for one in found for t in effect_candidates(one, forms_of("encoder_eccentricity"))
     ]
 
 
@@ -89,7 +79,7 @@ def forms_of(label: str) -> list[Form]:
 
 def something_is_left(fit: GivenFit, found: Sequence[GivenFit]) -> bool:
     """Whether the best explanation so far leaves noise of higher order, or of a cause."""
-    return best_of([fit, *found]).point.whitener.order > 1
+    return highest([fit, *found]).point.whitener.order > 1
 
 
 def other_laws(fit: GivenFit) -> list[GivenFit]:
@@ -102,7 +92,7 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
     for other in GIVEN_FORMS:
         if other.is_law and not other.further and other.base == form.base and other.label not in fit.labels:
             starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
-            found.append(as_given(best_of([start.descended(SECOND_STEPS) for start in starts]).descended()))
+            found.append(highest([start.descended(SECOND_STEPS) for start in starts]).descended())
     return found
 
 
@@ -115,11 +105,11 @@ def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
     kinds: dict[str, list[GivenFit]] = {}
     for label in dict.fromkeys(one.form.label for one in starts):
         for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
-            begun = as_given(fit.with_effect(one.form, one.values))
-            tried = [as_given(t.descended_under(0, SECOND_STEPS)) for t in (begun, _at_full_strength(begun))]
+            begun = fit.with_effect(one.form, one.values)
+            tried = [t.descended_under(0, SECOND_STEPS) for t in (begun, _at_full_strength(begun))]
             kinds.setdefault(label, []).extend(tried)
-    best = sorted((best_of(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
-    return [explained_slowly(as_given(t.descended())) for t in best]
+    best = sorted((highest(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
+    return [explained_slowly(t.descended()) for t in best]
 
 
 def _at_full_strength(fit: GivenFit) -> GivenFit:
@@ -136,27 +126,10 @@ def _at_full_strength(fit: GivenFit) -> GivenFit:
     return replace(fit, point=evaluate(response, response.admissible(moved, before)))
 
 
-def explained_slowly(fit: GivenFit) -> GivenFit:
-    """Where the noise is a free one of higher order: descended under white noise first, under which what is
-    slow is not left to the noise, if that ends no worse; limits that no command reaches begun where one does,
-    as well."""
-    if fit.noise_order <= 1 or not fit.labels:
-        return fit
-    reached = fit.with_limits_reached()
-    if reached is not fit:
-        fit = best_of([fit, reached.descended_under(0, FULL_STEPS).descended()])
-    for _ in range(WHITE_ROUNDS):
-        other = best_of([fit, fit.descended_under(0, FULL_STEPS).descended()])
-        if other.score < fit.score + LITTLE_NATS:
-            return other
-        fit = other
-    return fit
-
-
 def pruned(fit: GivenFit) -> GivenFit:
     """Labels taken out while the score improves."""
     while len(fit.labels) > 1:
-        best = best_of([fit.without(label).descended() for label in fit.labels])
+        best = highest([fit.without(label).descended() for label in fit.labels])
         if best.score <= fit.score:
             return fit
         fit = best
@@ -170,9 +143,9 @@ def later(fit: GivenFit) -> list[GivenFit]:
     longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
     grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
     starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
-    tried = [as_given(t.descended_under(1, FIRST_STEPS)) for t in starts]
+    tried = [t.descended_under(1, FIRST_STEPS) for t in starts]
     tried.sort(key=lambda t: -t.score)
-    return [as_given(best_of([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]]))]
+    return [highest([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]])]
 
 
 def _settled_delay(fit: GivenFit) -> GivenFit:
@@ -185,7 +158,7 @@ def _settled_delay(fit: GivenFit) -> GivenFit:
             other = fit.with_delay(whole - 1, part + 0.9)
         else:
             break
-        moved = as_given(other.descended_under(1, FIRST_STEPS))
+        moved = other.descended_under(1, FIRST_STEPS)
         if moved.score <= fit.score:
             break
         fit = moved
@@ -208,7 +181,7 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
         rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
-    tried = [as_given(larger.descended(SECOND_STEPS)) for _, larger in promised[:3]]
-    best = as_given(best_of(tried).descended())
+    tried = [larger.descended(SECOND_STEPS) for _, larger in promised[:3]]
+    best = highest(tried).descended()
     damping = float(best.theta[best.response.given.size + int(best.response.part) + 1])
     return [best] if LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -179,12 +180,18 @@ class GivenFit(JointFit):
     def theta(self) -> FloatArray:
         return self.point.coordinates[: self.response._n_base]
 
-    def with_limits_reached(self) -> GivenFit:
+    def with_limits_reached(self) -> Self:
         """The limits that no command reaches where commands just do, not descended; itself where all are
         reached."""
         return self.with_unreached(self.response.reach + np.log(WELL_WITHIN))
 
-    def with_unreached(self, limits: FloatArray) -> GivenFit:
+    def on_records_of(self, other: Self) -> Self:
+        """As `JointFit` has it; limits that its own records do not reach are those of the other fit."""
+        if other.response.records is self.response.records:
+            return self
+        return super(GivenFit, self.with_unreached(other.theta[:LIMITS])).on_records_of(other)
+
+    def with_unreached(self, limits: FloatArray) -> Self:
         """The limits that no command reaches at these coordinates (lower, upper), not descended; itself where
         all are reached."""
         coordinates = self.point.coordinates.copy()

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
-from bayes_hw.gap.joint.given.given_laws import PERIODIC, every_law, kicked
 from bayes_hw.gap.joint.given.given_moves import (
-    as_given,
-    best_of,
     forms_of,
     further_modes,
     later,
@@ -25,6 +22,7 @@ from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
 from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
+from bayes_hw.gap.joint.search.laws_of_states import PERIODIC, every_law, kicked
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.record import Record
@@ -58,7 +56,7 @@ def instead_of(
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
-        return {OTHER: free_shape(base)} if is_shape(base, best_of([base, fit])) else {}
+        return {OTHER: free_shape(base)} if is_shape(base, highest([base, fit])) else {}
     if time_is_up():
         return {}
     strongest = max(effects, key=lambda label: nats[label])
@@ -66,7 +64,7 @@ def instead_of(
     near = {label for label, own in rivals.items() if own > FOLLOWED_SHARE * most}
     found = {strongest: fit}
     bends = fit.noise_order == 1 or any(e.looks_at_states for e in fit.values.effects)
-    rest = as_given(fit.without(strongest).descended())
+    rest = fit.without(strongest).descended()
     for label in sorted((near | {OTHER}) - set(fit.labels) - set(SLOW)):
         end = alone.get(label)
         if rest.labels or end is None or not seen_alike(end, fit):
@@ -74,15 +72,15 @@ def instead_of(
         else:
             trials = [end, *every_law(rest, forms_of(label))] if bends else [end]
         if trials:
-            found[label] = with_base_anew(as_given(finer(best_of(trials))))
+            found[label] = with_base_anew(finer(highest(trials)))
     for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) and not time_is_up() else ():
         label = one.effect_labels[-1]
-        found[label] = best_of([one, *([found[label]] if label in found else [])])
+        found[label] = highest([one, *([found[label]] if label in found else [])])
     if time_is_up():
         return found if len(found) > 1 else {}
     if strongest == OTHER and not _is_begun_anywhere(fit):
-        found[OTHER] = best_of([fit, *_of_label(rest, OTHER)])
-    shape = best_of([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
+        found[OTHER] = highest([fit, *_of_label(rest, OTHER)])
+    shape = highest([free_shape(one) for one in ([rest, base] if rest.labels else [base])])
     if OTHER not in found or shape.score > found[OTHER].score:
         found[OTHER] = shape
     return found if len(found) > 1 or found[strongest] is not fit else {}
@@ -123,12 +121,12 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
     """
     begun: dict[str, GivenFit] = {}
     for one in exchanges(fit, EXCHANGED_AROUND_A_MODEL):
-        named = as_given(named_by_sight(one))
+        named = named_by_sight(one)
         effect = named.values.effects[-1]
         if named.effect_labels[-1] not in fit.labels and effect.is_own_law:
             begun.setdefault(effect.form.kind, named)
-    ended = [kicked(as_given(one.descended_under(0, FULL_STEPS))) for one in begun.values()]
-    return [as_given(named_by_sight(as_given(one.descended()))) for one in ended]
+    ended = [kicked(one.descended_under(0, FULL_STEPS)) for one in begun.values()]
+    return [named_by_sight(one.descended()) for one in ended]
 
 
 def is_shape(base: GivenFit, best: GivenFit) -> bool:
@@ -154,7 +152,7 @@ def seen_alike(one: GivenFit, other: GivenFit) -> bool:
 def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
     forms = forms_of(label)
-    found = [as_given(t) for t in effect_candidates(fit, forms)]
+    found = list(effect_candidates(fit, forms))
     found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:
         found += later(fit)

@@ -11,19 +11,16 @@ from scipy.optimize import least_squares
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts, with_base_anew
 from bayes_hw.gap.joint.given.clear_of_zone import away_from_zero, on_records, slow_clear_of_zone
 from bayes_hw.gap.joint.given.free_shape import free_shape
-from bayes_hw.gap.joint.given.given_laws import every_law
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
-    as_given,
     begun_under_white_noise,
-    best_of,
     both_over_position,
-    explained_slowly,
     further_modes,
     later,
     other_laws,
@@ -43,8 +40,9 @@ from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, STEPS_OF_A_PERIOD
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
+from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew
-from bayes_hw.gap.joint.search.structural import finer
+from bayes_hw.gap.joint.search.structural import explained_slowly, finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
@@ -134,8 +132,8 @@ def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
     nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
     starts = limit_starts(nominal_fit)
     tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
-    found = best_of([fit.descended() for fit in tried[:2]])
-    return best_of([found, *(start.descended() for start in unreached_starts(found))])
+    found = highest([fit.descended() for fit in tried[:2]])
+    return highest([found, *(start.descended() for start in unreached_starts(found))])
 
 
 def plainly(fit: GivenFit) -> GivenFit:
@@ -176,7 +174,7 @@ def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
     response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
     begun = GivenFit(response, evaluate(response, fit.point.coordinates))
-    return best_of([one.descended() for one in (begun, *begun.read_late())])
+    return highest([one.descended() for one in (begun, *begun.read_late())])
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +205,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     if slow and more and trail.base is trail.whole and not is_shape(base, trail.fit):
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
-            beside = best_of([trail.fit, *slow_causes(trail.fit)])
+            beside = highest([trail.fit, *slow_causes(trail.fit)])
             if beside.score > trail.fit.score + asked_of(beside, trail.base, trail.readings):
                 trail = replace(trail, fit=beside)
         else:
@@ -232,7 +230,7 @@ def _with_what_only_all_show(fit: GivenFit) -> GivenFit:
     order of all samples: there are more of them, and steps of a slow error at the zone's edges."""
     if fit.noise_order <= 1 or not 0 < len(set(fit.labels)) < MOST_EFFECTS:
         return fit
-    return pruned(best_of([fit, *(explained_slowly(as_given(t)) for t in effect_candidates(fit, FORMS))]))
+    return pruned(highest([fit, *(explained_slowly(t) for t in effect_candidates(fit, FORMS))]))
 
 
 def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
@@ -240,11 +238,11 @@ def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     were not tried already (`settled`)."""
     trials: list[GivenFit] = []
     if begun.noise_order <= 1:
-        trials += [as_given(as_given(t).descended()) for t in port_candidates(begun)]
+        trials += [t.descended() for t in port_candidates(begun)]
     if len(set(begun.labels)) < MOST_EFFECTS:
         trials += _one_more(begun, others)
     if begun.response.cause is not None and trials:
-        trials += [as_given(t.with_cause(None).descended()) for t in _leading(trials)]
+        trials += [t.with_cause(None).descended() for t in _leading(trials)]
     return trials
 
 
@@ -256,15 +254,15 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     that is white or of the first order, no law is begun that looks at the states of G: there is nothing
     more to be found. Nor beside a label where none of them gains what a start must.
     """
-    found = [as_given(t) for t in effect_candidates(begun, FORMS)]
+    found = list(effect_candidates(begun, FORMS))
     moves: tuple[Callable[[], list[GivenFit]], ...] = (
-        lambda: [as_given(t) for t in effect_candidates(begun, UNNAMED_OVER_POSITION)],
+        lambda: list(effect_candidates(begun, UNNAMED_OVER_POSITION)),
         lambda: with_further_forms(found) + with_signals(found),
         lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
         lambda: _further_periods(begun) if begun.labels and something_is_left(begun, found) else [],
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
-        lambda: other_laws(best_of(found)) if found else [],
+        lambda: other_laws(highest(found)) if found else [],
     )
     for move in moves:
         if not time_is_up():
@@ -275,7 +273,7 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
 def _further_periods(begun: GivenFit) -> list[GivenFit]:
     """The best explanations with one more periodic torque: a wave in the residual shows its period less well
     beside another label, which has taken up some of it."""
-    return [as_given(t) for t in periodic_by_promise(begun)]
+    return list(periodic_by_promise(begun))
 
 
 def _one_pays(found: Sequence[GivenFit], begun: GivenFit) -> bool:
@@ -302,7 +300,7 @@ def _followed(
     while steps < MOST_STEPS and not time_is_up():
         steps += 1
         slow = slow_causes(fit) if causes else []
-        start = best_of([fit, *slow])
+        start = highest([fit, *slow])
         others = second_to(start, base, alone) if len(set(fit.labels)) == 1 else []
         trials = [*_trials(start, others), *slow, *carried]
         carried = []
@@ -313,9 +311,9 @@ def _followed(
                 label = t.labels[0]
                 if t.score - base.score > rivals.get(label, -np.inf):
                     rivals[label], alone[label] = t.score - base.score, t
-        best = settled(with_base_anew(explained_slowly(as_given(finer(best_of(trials))))))
-        if fit is base and is_shape(base, best_of([base, best])):
-            best = best_of([base, best, *both_over_position(base)])
+        best = settled(with_base_anew(explained_slowly(finer(highest(trials)))))
+        if fit is base and is_shape(base, highest([base, best])):
+            best = highest([base, best, *both_over_position(base)])
             if is_shape(base, best):
                 fit = best
                 say("a function of position explains far more")
@@ -368,13 +366,13 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
             return fit
         trials: list[GivenFit] = []
         for label in dict.fromkeys(fit.labels):
-            rest = as_given(fit.without(label).descended())
+            rest = fit.without(label).descended()
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
-            found = [as_given(t) for t in effect_candidates(rest, forms)]
+            found = list(effect_candidates(rest, forms))
             found += with_further_forms(found) + with_signals(found)
             found += later(rest) + further_modes(rest) + slow_causes(rest)
             trials += [t for t in found if label not in t.labels]
-        best = pruned(best_of([fit, *trials]))
+        best = pruned(highest([fit, *trials]))
         if best.score <= fit.score:
             return fit
         say(f"{log_evidence(best.score - fit.score)} by an exchange: {described(best)}")

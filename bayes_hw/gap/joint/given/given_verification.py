@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from bayes_hw.gap.joint.given.given_moves import as_given, best_of
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings
@@ -24,9 +24,9 @@ def verified(
     while fit.labels:
         nats, rest = {}, {}
         for label in dict.fromkeys(fit.labels):
-            without = settled(as_given(fit.without(label).descended()))
+            without = settled(fit.without(label).descended())
             if len(fit.labels) == 1:
-                without = best_of([without, base])
+                without = highest([without, base])
             nats[label], rest[label] = fit.score - without.score, without
         say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         if is_too_small(fit):

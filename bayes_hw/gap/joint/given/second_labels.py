@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
-from bayes_hw.gap.joint.given.given_moves import as_given, explained_slowly, with_signals
+from bayes_hw.gap.joint.given.given_moves import with_signals
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import SLOW, seen_alike
 from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
+from bayes_hw.gap.joint.search.structural import explained_slowly
 
 SECONDS, SECONDS_FINISHED = 3, 2
 """Labels beside which one more is sought though another explains more alone; of all these pairs, those that
@@ -18,7 +19,7 @@ go on to their ends."""
 
 def beside_each(others: Sequence[GivenFit]) -> list[GivenFit]:
     """The best explanations with one label more than any of these, the best of all to their ends."""
-    found = [as_given(t) for other in others for t in effect_candidates(other, FORMS)]
+    found = [t for other in others for t in effect_candidates(other, FORMS)]
     found.sort(key=lambda t: -t.score)
     leading = found[:SECONDS_FINISHED]
     return found + [explained_slowly(t) for t in leading + with_signals(leading)]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bayes_hw.gap.joint.given.given_laws import kicked
-from bayes_hw.gap.joint.given.given_moves import as_given, best_of, explained_slowly
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.search.effect_moves import port_candidates, slow_causes
-from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer
+from bayes_hw.gap.joint.search.laws_of_states import kicked
+from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, explained_slowly, finer
 from bayes_hw.time_budget import time_is_up
 
 
@@ -18,13 +18,13 @@ def settled(fit: GivenFit) -> GivenFit:
     the present ones where these cannot do better.
     """
     while fit.noise_order > 1 and fit.response.template and not time_is_up():
-        trials = [as_given(as_given(t).descended()) for t in port_candidates(fit)]
-        best = explained_slowly(as_given(finer(best_of([fit, *trials]))))
+        trials = [t.descended() for t in port_candidates(fit)]
+        best = explained_slowly(finer(highest([fit, *trials])))
         for begun_anew in (_under_a_cause, kicked):
             if best.noise_order > 1:
-                best = best_of([best, begun_anew(best).descended()])
+                best = highest([best, begun_anew(best).descended()])
         if best.score < fit.score + STRUCTURAL_NATS:
-            return best_of([fit, best])
+            return highest([fit, best])
         fit = best
     return fit
 
@@ -32,4 +32,4 @@ def settled(fit: GivenFit) -> GivenFit:
 def _under_a_cause(fit: GivenFit) -> GivenFit:
     """Descended under noise of the likelier cause, which weighs what is slow less than white noise
     and takes up less of it than a free one; not descended without."""
-    return as_given(best_of(slow_causes(fit)).with_cause(None))
+    return highest(slow_causes(fit)).with_cause(None)

@@ -45,7 +45,7 @@ def free_forms(fit: JointFit, forms: Sequence[Form]) -> list[Form]:
     ]
 
 
-def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
+def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     """The best explanations with one more label, descended.
 
     Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
@@ -71,7 +71,7 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
         first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
     ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
-    kept: list[JointFit] = []
+    kept: list[AnyFit] = []
     for t in ranked:
         if (
             sum(k.labels[-1] == t.labels[-1] for k in kept) < 2
@@ -79,7 +79,7 @@ def effect_candidates(fit: JointFit, forms: Sequence[Form]) -> list[JointFit]:
         ):
             kept.append(t)
     further = sorted(descended_each(kept, SECOND_STEPS), key=lambda t: -t.score)
-    found: dict[str, JointFit] = {}
+    found: dict[str, AnyFit] = {}
     for t in further:
         found.setdefault(t.labels[-1], t)
     best = list(found.values())
@@ -124,7 +124,7 @@ def with_slow_noise(fit: AnyFit, cause: str, exact: bool = False) -> AnyFit:
     return fit.with_cause(SlowNoise(cause, fit.response.scale.rate_hz, sets, exact=exact))
 
 
-def port_candidates(fit: JointFit) -> list[JointFit]:
+def port_candidates(fit: AnyFit) -> list[AnyFit]:
     """Signal ports of the torques present, and other forms of the effects present."""
     found = []
     for i, effect in enumerate(fit.values.effects):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -49,17 +48,17 @@ def with_period_anew(fit: AnyFit) -> AnyFit:
     order = min(fit.noise_order, 1)
     begun = [rest.with_effect(laws[0], values) for values in promising(rest, laws[0])]
     found = raced([one.descended_under(order, FIRST_STEPS) for one in begun], fit.score)
-    return cast(AnyFit, highest([fit, *found]))
+    return highest([fit, *found])
 
 
-def periodic_by_promise(fit: JointFit) -> list[JointFit]:
+def periodic_by_promise(fit: AnyFit) -> list[AnyFit]:
     """The best explanation by every periodic law of a name that the fit lacks, begun at the periods at which
     its torque promises most; none once time is up."""
     scale = fit.response.scale
     laws = [
         f for f in free_forms(fit, FORMS) if f.is_law and f.label != OTHER and begins_with_periods(f, scale)
     ]
-    found: list[JointFit] = []
+    found: list[AnyFit] = []
     for law in laws:
         if not time_is_up():
             begun = [fit.with_effect(law, values) for values in promising(fit, law)]

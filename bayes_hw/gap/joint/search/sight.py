@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.joint_forms import AT_ONCE, BY_TWIST, REMEMBERING
 from bayes_hw.gap.joint.response.effect_paths import through_port
@@ -35,7 +35,7 @@ LASTING = 0.5
 """Of a pole's radius, from which on it lasts longer than a sample."""
 
 
-def named_by_sight(fit: JointFit) -> JointFit:
+def named_by_sight(fit: AnyFit) -> AnyFit:
     """The fit with laws that look at a twist, and those that accelerate nothing, under the name of what does
     so; nothing else changes."""
     effects = list(fit.values.effects)

@@ -7,7 +7,7 @@ import pytest
 from joint_axis import SIGMA, form, measured, model
 
 from bayes_hw.gap.joint.given.free_shape import free_shape
-from bayes_hw.gap.joint.given.given_moves import as_given, both_over_position
+from bayes_hw.gap.joint.given.given_moves import both_over_position
 from bayes_hw.gap.joint.given.given_search import _with_what_only_all_show, best_base
 from bayes_hw.gap.joint.response.joint_values import Effect
 
@@ -37,7 +37,7 @@ def test_what_only_all_samples_show_is_found_beside_what_others_did() -> None:
     drift = Effect(form("sensor_drift", "ramp"), np.array([2e-5]))
     for planted, expected in (((disc, drift), 2), ((disc,), 1)):
         base = best_base(measured(planted, SAMPLES, (1, 2)), model())
-        alone = as_given(base.with_effect(disc.form, (0.0, 0.0, wavenumber)).descended())
+        alone = base.with_effect(disc.form, (0.0, 0.0, wavenumber)).descended()
         whole = _with_what_only_all_show(alone)
         assert len(whole.labels) == expected
         assert (whole is alone) == (expected == 1)

@@ -11,7 +11,6 @@ from joint_axis import form, measured, model, torque
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
-from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
@@ -26,9 +25,9 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
     beside white noise nothing is left to explain, unless by a law that looks at those states itself."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), 400, (1,)), model())
-    fit = as_given(base.with_effect(rub.form, (0.02,)).descended())
+    fit = base.with_effect(rub.form, (0.02,)).descended()
     assert fit.noise_order <= 1 < base.noise_order
-    alone = as_given(base.with_effect(form("cubic_stiffness"), (0.0,)))
+    alone = base.with_effect(form("cubic_stiffness"), (0.0,))
     asked: list[set[str]] = []
     stepped: list[str] = []
 
@@ -37,7 +36,7 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
         return [fit]
 
     def finer(one: object) -> object:
-        stepped.extend(as_given(one).labels)
+        stepped.extend(one.labels)
         return one
 
     for name, stand_in in (
@@ -58,7 +57,7 @@ def test_a_rival_is_given_its_laws_where_none_were_begun_and_steps_within_the_sa
         ends = instead_of(other, base, nats, rivals, {"cubic_stiffness": alone})
         assert len(asked) == 1
         assert ends["cubic_stiffness"] is alone
-    looking = as_given(fit.with_signal(0))
+    looking = fit.with_signal(0)
     looking = replace(looking, point=replace(looking.point, whitener=WHITE))
     ends = instead_of(looking, base, nats, rivals, {"cubic_stiffness": alone})
     assert asked[1:] == [{"cubic_stiffness"}]
@@ -74,7 +73,7 @@ def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
         planted = torque(law, (size,), weight)
         base = best_base(measured((planted,), 400, (1,)), model())
         begun = base.with_effect(planted.form, (size,)).with_signal(0)
-        fit = as_given(begun.descended_under(0, 40).descended())
+        fit = begun.descended_under(0, 40).descended()
         found = given_rivals._exchanged(fit)
         assert found and not any(set(one.labels) & set(fit.labels) for one in found)
         kinds = [one.values.effects[-1].form.kind for one in found]
@@ -89,9 +88,9 @@ def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest
     """Unless it explains clearly more than friction does; where there is no friction it stays."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), 400, (1,)), model())
-    friction = as_given(base.with_effect(rub.form, (0.02,)))
+    friction = base.with_effect(rub.form, (0.02,))
     band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
-    other = as_given(base.with_effect(band, (0.1,)))
+    other = base.with_effect(band, (0.1,))
     likelihood = other.point.log_likelihood + given_rivals.FRICTION_LEAD + 20
     better = replace(other, point=replace(other.point, log_likelihood=likelihood))
     monkeypatch.setattr(given_rivals, "is_hidden_friction", lambda fit: fit in (other, better))

@@ -25,14 +25,11 @@ from bayes_hw.errors import InputError
 from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
-from bayes_hw.gap.joint.given import given_laws, given_moves, given_search
-from bayes_hw.gap.joint.given.given_laws import every_law
+from bayes_hw.gap.joint.fit.joint_fit import highest
+from bayes_hw.gap.joint.given import given_moves, given_search
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
-    as_given,
     begun_under_white_noise,
-    best_of,
-    explained_slowly,
     further_modes,
     with_further_forms,
 )
@@ -42,6 +39,9 @@ from bayes_hw.gap.joint.given.given_verification import verified
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
+from bayes_hw.gap.joint.search import laws_of_states
+from bayes_hw.gap.joint.search.laws_of_states import every_law
+from bayes_hw.gap.joint.search.structural import explained_slowly
 from bayes_hw.identify.growth import descent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.linear import LinearBlock
@@ -244,7 +244,7 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(
     what they do; what is better beside it is the answer."""
     base = rubbed
     readings, windy = read_faults(base), base.with_cause(SlowNoise(WIND, RATE))
-    rubbing = as_given(base.with_effect(RUB.form, (0.02,)).descended())
+    rubbing = base.with_effect(RUB.form, (0.02,)).descended()
     assert rubbing.noise_order <= 1 < base.noise_order
     assert rubbing.score > windy.score
     asked: list[bool] = []
@@ -279,7 +279,7 @@ def test_beside_a_first_label_that_is_too_small_to_be_verified_none_is_sought(
     for size in (0.004, 0.05):
         records = measured((Effect(form("command_bias"), np.array([size])),), FEW, (1, 2))
         base = best_base(records, model())
-        biased = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        biased = base.with_effect(form("command_bias"), (0.0,)).descended()
         begun: list[GivenFit] = []
 
         def trials(fit: GivenFit, _: object, to: GivenFit = biased, seen: list[GivenFit] = begun) -> object:
@@ -298,7 +298,7 @@ def test_what_is_slow_is_not_left_to_the_noise() -> None:
     """An error of a limit that an autoregression takes up is explained under white noise."""
     uneven = Effect(form("gain_asymmetry"), np.array([0.12]))
     base = best_base(measured((uneven,), GIVEN_SAMPLES, (1, 2)), model())
-    even = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)))
+    even = base.with_effect(form("gain_asymmetry"), (0.0,))
     moved = even.point.coordinates + 0.3 * np.eye(even.response.size)[1]
     begun = GivenFit(even.response, evaluate(even.response, moved))
     assert begun.noise_order > 1
@@ -314,7 +314,7 @@ def test_a_slow_effect_is_begun_under_white_noise() -> None:
     offset = Effect(form("command_bias"), np.array([0.01]))
     base = best_base(measured((offset,), GIVEN_SAMPLES, (1, 2)), model())
     assert base.noise_order > 1
-    found = best_of(begun_under_white_noise(base))
+    found = highest(begun_under_white_noise(base))
     assert found.labels == ("command_bias",)
     assert found.noise_order <= 1
     assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
@@ -323,7 +323,7 @@ def test_a_slow_effect_is_begun_under_white_noise() -> None:
 
 def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_stays() -> None:
     base = best_base(measured((Effect(form("command_bias"), np.array([0.01])),), FEW, (1, 2)), model())
-    begun = given_moves._at_full_strength(as_given(base.with_effect(form("command_bias"), (0.0,))))
+    begun = given_moves._at_full_strength(base.with_effect(form("command_bias"), (0.0,)))
     assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
     np.testing.assert_array_equal(begun.theta, base.theta)
 
@@ -332,7 +332,7 @@ def test_where_derivatives_overflow_a_label_begins_as_it_is(
     of_few: GivenFit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A torque whose motion does not settle has derivatives beyond all bounds."""
-    begun = as_given(of_few.with_effect(form("command_bias"), (0.0,)))
+    begun = of_few.with_effect(form("command_bias"), (0.0,))
     monkeypatch.setattr(descent, "LARGEST_DERIVATIVE", 1e-30)
     assert given_moves._at_full_strength(begun) is begun
 
@@ -342,17 +342,17 @@ def test_a_second_harmonic_is_tried_where_the_first_is(of_few: GivenFit) -> None
     wavenumber = 8 * np.pi / of_few.response.scale.travel
     planted = Effect(oval, np.array([2 * SIGMA, 0.0, wavenumber, 0.0, 4 * SIGMA]))
     base = best_base(measured((planted,), FEW, (1, 2)), model())
-    first = as_given(base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, wavenumber)).descended())
+    first = base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, wavenumber)).descended()
     begun = with_further_forms([base, first])
     assert [one.names for one in begun] == [(oval.full_name,)] * len(begun)
     assert max(one.score for one in begun) > first.score + 50
     # Of a shape that is nearly all second harmonic that one is found alone, at half of the period.
     planted = Effect(oval, np.array([0.5 * SIGMA, 0.0, wavenumber, 0.0, 6 * SIGMA]))
     base = best_base(measured((planted,), FEW, (1, 2)), model())
-    alone = as_given(base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, 2 * wavenumber)).descended())
+    alone = base.with_effect(form("encoder_eccentricity"), (0.0, 0.0, 2 * wavenumber)).descended()
     whole = max(with_further_forms([alone]), key=lambda one: one.score)
     assert whole.values.effects[-1].values[2] == pytest.approx(wavenumber, rel=0.02)
-    bias = as_given(base.with_effect(form("command_bias"), (0.0,)))
+    bias = base.with_effect(form("command_bias"), (0.0,))
     assert with_further_forms([bias]) == []
 
 
@@ -401,7 +401,7 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
         slow = [lfilter([1.0], [1.0, 0.0, 0.0, -memory], SIGMA * rng.standard_normal(FEW)) for _ in records]
         records = [replace(r, y=r.y + 2 * memory * e) for r, e in zip(records, slow, strict=True)]
         base = best_base(records, model())
-        fit = as_given(base.with_effect(form("command_bias"), (0.0,)).descended())
+        fit = base.with_effect(form("command_bias"), (0.0,)).descended()
         nats = verified(fit, base, read_faults(base), lambda _: None)[1]
         kept[fit.noise_order > 1] = fit.score - base.score, nats
     assert all(25 < worth < 80 for worth, _ in kept.values())
@@ -411,11 +411,11 @@ def test_beside_noise_of_higher_order_a_label_must_be_worth_more() -> None:
 
 def test_long_records_are_begun_by_their_beginnings(of_two: GivenFit) -> None:
     base = of_two
-    assert given_laws._beginning(base) is base
+    assert laws_of_states._beginning(base) is base
     with pytest.MonkeyPatch.context() as few:
-        few.setattr(given_laws, "BEGUN_SAMPLES", GIVEN_SAMPLES)
-        short = given_laws._beginning(base)
+        few.setattr(laws_of_states, "BEGUN_SAMPLES", GIVEN_SAMPLES)
+        short = laws_of_states._beginning(base)
     assert [len(r) for r in short.response.records] == [GIVEN_SAMPLES // 2] * 2
-    whole = given_laws._whole(short, base)
+    whole = short.on_records_of(base)
     assert whole.response.records is base.response.records
     assert whole.score == pytest.approx(base.score)

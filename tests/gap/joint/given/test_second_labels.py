@@ -7,7 +7,6 @@ from dataclasses import replace
 from joint_axis import measured, model
 
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
-from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.given.second_labels import SECONDS, second_to
@@ -22,7 +21,7 @@ def test_a_second_label_is_sought_beside_the_best_of_all_others() -> None:
 
     def reaching(label: str, share: float) -> GivenFit:
         law = next(f for f in FORMS if f.label == label)
-        fit = as_given(base.with_effect(law, law.starts(base.response.scale)[0]))
+        fit = base.with_effect(law, law.starts(base.response.scale)[0])
         likelihood = fit.point.log_likelihood + base.score - fit.score + 100 * share
         return replace(fit, point=replace(fit.point, log_likelihood=likelihood))
 

@@ -12,7 +12,6 @@ from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import clear_of_zone, settled
 from bayes_hw.gap.joint.given.clear_of_zone import slow_clear_of_zone
-from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.response.joint_values import Effect
@@ -32,7 +31,7 @@ def rubbed() -> GivenFit:
 def test_a_label_ends_in_the_form_that_explains_it(rubbed: GivenFit) -> None:
     """What Coulomb's law leaves is coloured; Stribeck's is tried before anything is put beside it."""
     plain = form("friction", "Coulomb, motor")
-    coulomb = as_given(rubbed.with_effect(plain, (0.02,)).descended(6))
+    coulomb = rubbed.with_effect(plain, (0.02,)).descended(6)
     assert coulomb.noise_order > 1
     end = settled.settled(coulomb)
     assert end.labels == ("friction",)
@@ -42,7 +41,7 @@ def test_a_label_ends_in_the_form_that_explains_it(rubbed: GivenFit) -> None:
 
 def test_what_leaves_white_noise_is_settled(monkeypatch: pytest.MonkeyPatch) -> None:
     records = measured((Effect(form("command_bias"), np.array([0.02])),), FEW, (1, 2))
-    biased = as_given(best_base(records, model()).with_effect(form("command_bias"), (0.0,)).descended())
+    biased = best_base(records, model()).with_effect(form("command_bias"), (0.0,)).descended()
     assert biased.noise_order <= 1
     monkeypatch.setattr(settled, "port_candidates", None)
     assert settled.settled(biased) is biased

@@ -9,7 +9,6 @@ import pytest
 from joint_axis import SIGMA, command, form, measured, model, record, response_with
 
 from bayes_hw.gap.joint.given import given_search
-from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_response import LIMITS
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
@@ -87,7 +86,7 @@ def test_rounding_has_no_slow_error_beside_it() -> None:
 
 def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
     base = best_base(rounded((1, 2)), model())
-    fit = as_given(base.with_effect(form("gain_asymmetry"), (0.0,)).descended())
+    fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     faults = read_faults(fit)
     assert faults.rounded_first
     under, explained, whole, told = given_search._under(faults, base, fit, base)

@@ -1,5 +1,5 @@
-"""Laws around a given model that look at its states, begun under several noises: which it is shows at their
-ends."""
+"""Laws that look at the states of G from the first step on, begun under several noises: which it is shows at
+their ends."""
 
 from __future__ import annotations
 
@@ -9,22 +9,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, AnyFit, descended_each, highest
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
 from bayes_hw.gap.joint.forms.effect_form import Form
-from bayes_hw.gap.joint.given.given_moves import KINDS_FINISHED, as_given, best_of, explained_slowly
-from bayes_hw.gap.joint.given.given_response import LIMITS, GivenFit
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
-from bayes_hw.gap.joint.search.structural import finer
+from bayes_hw.gap.joint.search.structural import explained_slowly, finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import time_is_up
 
-STARTS_KEPT, KINDS_GONE_ON = 4, 7
-"""Of every kind of law the starts that go on; kinds that go on."""
+STARTS_KEPT, KINDS_GONE_ON, KINDS_FINISHED = 4, 7, 4
+"""Of every kind of law the starts that go on; kinds that go on, and to their end."""
 
 CLOSEST_KEPT, CLOSEST_OF_A_KIND = 4, 2
 """Starts that go on since they leave the least under white noise, of all kinds and of one."""
@@ -39,7 +38,7 @@ BEGUN_SAMPLES = 5000
 PERIODIC = (RIPPLE, MODULATED)
 
 
-def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenFit]:
+def every_law(fit: AnyFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[AnyFit]:
     """Of every label that the fit lacks, and of every form without a name, the best law through ports of its
     own, looking at the states of G.
 
@@ -53,7 +52,7 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     if time_is_up():
         return []
     seen = _beginning(fit)
-    starts: dict[str, list[GivenFit]] = {}
+    starts: dict[str, list[AnyFit]] = {}
     for form in forms:
         if form.is_law and not form.further and form.law not in PERIODIC and form.label not in fit.labels:
             starts.setdefault(form.kind, []).extend(_law_starts(seen, form))
@@ -61,34 +60,34 @@ def every_law(fit: GivenFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[GivenF
     kinds = sorted(begun, key=lambda kind: -begun[kind][0].score)
     for kind in kinds[:KINDS_GONE_ON]:
         begun[kind] = _gone_on(begun[kind], 2)
-    found = {kind: [_whole(t, fit) for t in begun[kind]] for kind in kinds}
+    found = {kind: [t.on_records_of(fit) for t in begun[kind]] for kind in kinds}
     kinds.sort(key=lambda kind: -max(t.score for t in found[kind]))
     for kind in kinds[:KINDS_FINISHED]:
         found[kind] = _gone_on(found[kind], 2, FULL_STEPS)
-    best = best_of([fit, *(t for own in found.values() for t in own)])
+    best = highest([fit, *(t for own in found.values() for t in own)])
     explains_some = best.score > fit.score + VERIFIED_NATS and best.noise_order > 1
     for kind, closest in _closest(starts) if explains_some else ():
-        found[kind].append(as_given(finer(explained_slowly(as_given(_whole(closest, fit).descended())))))
-    return [best_of(found[kind]) for kind in kinds]
+        found[kind].append(finer(explained_slowly(closest.on_records_of(fit).descended())))
+    return [highest(found[kind]) for kind in kinds]
 
 
-def _closest(starts: Mapping[str, Sequence[GivenFit]]) -> list[tuple[str, GivenFit]]:
+def _closest(starts: Mapping[str, Sequence[AnyFit]]) -> list[tuple[str, AnyFit]]:
     """By kind, the starts that leave the least after some steps under white noise, after more and after
     kicks; none where the noise is white or of the first order."""
     begun = [
-        (kind, as_given(t.descended_under(0, SECOND_STEPS)))
+        (kind, t.descended_under(0, SECOND_STEPS))
         for kind, own in starts.items()
         for t in own
         if t.point.whitener.order > 1
     ]
-    kept: list[tuple[str, GivenFit]] = []
+    kept: list[tuple[str, AnyFit]] = []
     for kind, t in sorted(begun, key=lambda one: one[1].point.rms):
         if len(kept) < CLOSEST_KEPT and sum(kind == other for other, _ in kept) < CLOSEST_OF_A_KIND:
             kept.append((kind, t))
-    return [(kind, kicked(as_given(t.descended_under(0, FULL_STEPS)))) for kind, t in kept]
+    return [(kind, kicked(t.descended_under(0, FULL_STEPS))) for kind, t in kept]
 
 
-def kicked(fit: GivenFit) -> GivenFit:
+def kicked(fit: AnyFit) -> AnyFit:
     """The last law's sizes made larger and smaller, descended again under white noise, while less is left:
     where a law is now reached and now not, descents end short of the least."""
     response = fit.response
@@ -102,14 +101,14 @@ def kicked(fit: GivenFit) -> GivenFit:
                 moved = fit.point.coordinates.copy()
                 moved[i] += np.log(factor)
                 begun = evaluate(response, response.admissible(moved, fit.point.coordinates))
-                other = as_given(replace(fit, point=begun).descended_under(0, FULL_STEPS))
+                other = replace(fit, point=begun).descended_under(0, FULL_STEPS)
                 fit = min(fit, other, key=lambda one: one.point.rms)
         if fit.point.rms > (1 - LITTLE_SHARE) * before:
             break
     return fit
 
 
-def _beginning(fit: GivenFit) -> GivenFit:
+def _beginning(fit: AnyFit) -> AnyFit:
     """The same explanation of the first BEGUN_SAMPLES of all records, of each in proportion."""
     response = fit.response
     share = BEGUN_SAMPLES / sum(len(record) for record in response.records)
@@ -122,27 +121,19 @@ def _beginning(fit: GivenFit) -> GivenFit:
     return fit.under(replace(response, records=records, weights=weights))
 
 
-def _whole(fit: GivenFit, of: GivenFit) -> GivenFit:
-    """The same explanation of all samples of `of`; limits that its own do not reach are as there."""
-    if of.response.records is fit.response.records:
-        return fit
-    fit = fit.with_unreached(of.theta[:LIMITS])
-    return fit.under(replace(fit.response, records=of.response.records, weights=of.response.weights))
-
-
-def _law_starts(fit: GivenFit, form: Form) -> list[GivenFit]:
+def _law_starts(fit: AnyFit, form: Form) -> list[AnyFit]:
     """With one more law that looks at the states of G: from nothing seen of them, and where it is a law of
     the command, from what the loop lacks of it. What has no name also looking at its own signal alone:
     elsewhere such forms share the few starts of one label."""
     last = len(fit.values.effects)
     plain = [fit.with_effect(form, s) for s in form.starts(fit.response.scale)]
-    starts = [as_given(s.with_signal(last)) for s in plain]
+    starts = [s.with_signal(last) for s in plain]
     if form in DRIVE_FORMS and form.base == BASE_COMMAND:
         return starts + [_lacking(s) for s in starts]
-    return starts + ([as_given(s) for s in plain] if form.label == OTHER else [])
+    return starts + (list(plain) if form.label == OTHER else [])
 
 
-def _lacking(fit: GivenFit) -> GivenFit:
+def _lacking(fit: AnyFit) -> AnyFit:
     """The last law begun from the command less the axis' own speed in units of the command."""
     values, scale = fit.values, fit.response.scale
     sections = values.cascade.sections
@@ -153,17 +144,17 @@ def _lacking(fit: GivenFit) -> GivenFit:
         last.ports, signal_real=(1 - values.cascade.real[0]) / scale.gain, signal_sections=seen / scale.gain
     )
     effects = (*values.effects[:-1], replace(last, ports=ports))
-    return as_given(fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener))
+    return fit.moved(fit.structure, JointValues(values.cascade, effects), fit.point.whitener)
 
 
-def _begun(starts: Sequence[GivenFit]) -> list[GivenFit]:
+def _begun(starts: Sequence[AnyFit]) -> list[AnyFit]:
     """A few steps from every start, best first."""
-    begun = [as_given(s.descended(FIRST_STEPS)) for s in starts]
+    begun = descended_each(starts, FIRST_STEPS)
     if starts[0].point.whitener.order > 1:
-        begun += [as_given(s.descended_under(1, FIRST_STEPS)) for s in starts]
+        begun += each(lambda s: s.descended_under(1, FIRST_STEPS), starts)
     return _gone_on(sorted(begun, key=lambda t: -t.score), STARTS_KEPT)
 
 
-def _gone_on(fits: Sequence[GivenFit], count: int, steps: int = SECOND_STEPS) -> list[GivenFit]:
+def _gone_on(fits: Sequence[AnyFit], count: int, steps: int = SECOND_STEPS) -> list[AnyFit]:
     """The best `count` of some that are in order, after more steps, best first."""
-    return sorted((as_given(t.descended(steps)) for t in fits[:count]), key=lambda t: -t.score)
+    return sorted(descended_each(fits[:count], steps), key=lambda t: -t.score)

@@ -1,4 +1,4 @@
-"""Laws around a given model: a descent that ends short of the least is kicked on."""
+"""Laws begun over the states of G: a descent that ends short of the least is kicked on."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import pytest
 from joint_axis import SIGMA, form, measured, model, torque
 
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
-from bayes_hw.gap.joint.given import given_laws
-from bayes_hw.gap.joint.given.given_laws import every_law, kicked
-from bayes_hw.gap.joint.given.given_moves import as_given
 from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.search import laws_of_states
+from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
 
 FEW = 400
 
@@ -23,7 +22,7 @@ def test_a_law_that_a_descent_ends_short_of_iskicked_to_it() -> None:
     limit = torque(law, (0.1,), 0.012, seen=0.5)
     base = best_base(measured((limit,), FEW, (1, 2)), model())
     begun = base.with_effect(law, (0.003,)).with_signal(0)
-    alone = as_given(begun.descended_under(0, 40))
+    alone = begun.descended_under(0, 40)
     assert alone.point.rms > 2 * SIGMA
     assert kicked(alone).point.rms == pytest.approx(SIGMA, rel=0.1)
 
@@ -43,8 +42,8 @@ def test_which_start_leaves_the_least_is_asked_where_a_law_explains_some(
     base = best_base(records, model())
     assert base.noise_order > 1
     asked: list[int] = []
-    monkeypatch.setattr(given_laws, "_closest", lambda starts: asked.append(len(starts)) or [])
-    monkeypatch.setattr(given_laws, "FULL_STEPS", 2)
+    monkeypatch.setattr(laws_of_states, "_closest", lambda starts: asked.append(len(starts)) or [])
+    monkeypatch.setattr(laws_of_states, "FULL_STEPS", 2)
     every_law(base, [form("friction", "Coulomb, motor")])
     assert bool(asked) == bool(weight)
     assert every_law(base, [form("command_bias")]) == []
