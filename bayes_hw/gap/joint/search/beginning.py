@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
+from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.experiment import white_noise_level
@@ -32,6 +33,9 @@ FOLLOWED_SHARE = 0.7
 
 TRACE = 0.03
 """Of the nats that noise of high order holds: a label that explains less is not what made it."""
+
+SHOWN = 0.2
+"""Of those nats, from which the best label shows what it is by itself."""
 
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
@@ -65,7 +69,7 @@ class Beginning:
             readings = read_faults(base)
             if readings.nats:
                 base = weighted(base, readings.weights)
-        return cls(base, readings, known, tuple(one_more(base)), tone_in(base), unfinished)
+        return cls(base, readings, known, tuple(_first_labels(base)), tone_in(base), unfinished)
 
     @property
     def leading_tone(self) -> Tone | None:
@@ -110,6 +114,20 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
             base = weighted(base, readings.weights)
     say(f"without effects: {described(base)}")
     return base, readings
+
+
+def _first_labels(base: JointFit) -> list[JointFit]:
+    """The best explanations by one label; where they leave most of what noise of high order holds also by
+    laws that look at the states of G from the first step on: what such a law does shows to no step that
+    begins without them, if G stands in for much of it."""
+    found = one_more(base)
+    gained = max((trial.score - base.score for trial in found), default=0.0)
+    if not leaves_a_cause(base) or gained > SHOWN * coloured_nats(base):
+        return found
+    best: dict[str, JointFit] = {}
+    for trial in sorted((*found, *every_law(base)), key=lambda t: -t.score):
+        best.setdefault(trial.labels[-1], trial)
+    return list(best.values())
 
 
 def one_more(fit: JointFit) -> list[JointFit]:
