@@ -39,6 +39,10 @@ def _gained(parts: Sequence[FloatArray]) -> float:
 COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
+LONGEST_MEMORY, LONGEST_MEMORY_S = 0.95, 1.0
+"""Of the readings' own noise of the first order, the longer of: its correlation from sample to sample, and the
+seconds after which it has fallen by e. What lasts longer moved the axis, or the reading."""
+
 LONGEST_LAG = 200
 
 
@@ -64,14 +68,17 @@ def remainder_of(fit: JointFit) -> Remainder:
 
 
 def coloured_nats(fit: JointFit) -> float:
-    """By which noise of the fit's order is likelier than noise of the first, less half a logarithm of the
-    samples for every number more; zero for noise of a cause."""
+    """By which noise of the fit's order is likelier than noise of the first that readings may have of their
+    own, less half a logarithm of the samples for every number more; zero for noise of a cause."""
     point = fit.point
-    if fit.noise_order <= 1:
+    if fit.response.cause is not None or fit.noise_order == 0:
         return 0.0
     first = Whitener.of_residuals(point.residuals, point.most_noise, 1)
+    longest = max(LONGEST_MEMORY, float(np.exp(-1 / (LONGEST_MEMORY_S * fit.response.scale.rate_hz))))
+    memory = float(np.clip(first.coefficients[1, 0], -longest, longest))
+    own = Whitener.of_partial(np.array([memory]))
     gained = point.whitener.log_likelihood(point.residuals, point.masks)
-    gained -= first.log_likelihood(point.residuals, point.masks)
+    gained -= own.log_likelihood(point.residuals, point.masks)
     return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))
 
 
