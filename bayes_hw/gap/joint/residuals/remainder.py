@@ -40,8 +40,8 @@ COLOURED_NATS = 60.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
 LONGEST_MEMORY, LONGEST_MEMORY_S = 0.95, 1.0
-"""Of the readings' own noise of the first order, the longer of: its correlation from sample to sample, and the
-seconds after which it has fallen by e. What lasts longer moved the axis, or the reading."""
+"""Of the readings' own noise of the first order, the longer of: its correlation from sample to sample, and
+the seconds after which it has fallen by e. What lasts longer moved the axis, or the reading."""
 
 LONGEST_LAG = 200
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, measured, scale
+from joint_axis import CASCADE, RATE, SIGMA, STRUCTURE, command, measured, record, response_with, scale
 from scipy.signal import lfilter
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
@@ -46,6 +46,21 @@ def test_a_rhythm_is_told_from_even_noise_and_from_a_burst() -> None:
     for e in beat:
         e[::5] *= 1.5
     assert rhythm_nats(beat) > 30
+
+
+def test_what_lasts_longer_than_readings_remember_has_nats() -> None:
+    """Of the first order: a correlation of ten seconds has a cause, one of a third of a second is theirs."""
+    rng, found = np.random.default_rng(4), []
+    clean, values = response_with((), SAMPLES)
+    for memory in (0.85, 0.995):
+        shown = []
+        for seed in (1, 2):
+            noise = SIGMA * lfilter([1.0], [1.0, -memory], rng.standard_normal(SAMPLES))
+            shown.append(record(clean.simulate(values, command(SAMPLES, seed)).y + noise, seed))
+        response = JointResponse(STRUCTURE, (), shown, scale(SAMPLES))
+        fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+        found.append(coloured_nats(fit))
+    assert found[0] < 5 < 10 < found[1]
 
 
 def test_colour_beyond_the_first_order_has_nats_and_noise_of_a_cause_none() -> None:
