@@ -109,7 +109,7 @@ def at_better_delay(item: Grown, reach: int | None = None) -> Grown:
     left = np.array([np.inf, *(_solved_at(item, int(d))[0] for d in delays), np.inf])
     lowest = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] <= left[2:]))
     tried = delays[sorted(lowest, key=lambda i: left[1 + i])[:DELAYS_TRIED]]
-    return likeliest([item, *(_climbed(_begun_at(item, int(d)), longest) for d in tried)])
+    return likeliest([item, *(_climbed(begun_at(item, int(d)), longest) for d in tried)])
 
 
 def _climbed(item: Grown, longest: int) -> Grown:
@@ -120,13 +120,13 @@ def _climbed(item: Grown, longest: int) -> Grown:
         here = item.structure.delay_samples
         near = [d for d in (here - 1, here + 1) if 0 <= d <= longest and d not in seen]
         seen.update(near)
-        found = likeliest([item, *(_begun_at(item, d) for d in near)])
+        found = likeliest([item, *(begun_at(item, d) for d in near)])
         if found.log_likelihood < item.log_likelihood + WORTHWHILE_NATS:
             return likeliest([item, found])
         item = found
 
 
-def _begun_at(item: Grown, delay_samples: int) -> Grown:
+def begun_at(item: Grown, delay_samples: int) -> Grown:
     """Descended from the poles of `item` and solved weights at another delay."""
     structure = replace(item.structure, delay_samples=delay_samples)
     _, values = _solved_at(item, delay_samples)
@@ -175,7 +175,7 @@ def at_longest_delay(item: Grown) -> Grown:
     smooth, zeros stand in for delay, and a shorter one fits as well."""
     longest, best = longest_delay(item.response.records), item
     while best.structure.delay_samples < longest:
-        later = _begun_at(best, best.structure.delay_samples + 1)
+        later = begun_at(best, best.structure.delay_samples + 1)
         if later.log_likelihood < item.log_likelihood - SAME_NATS:
             return best
         best = later

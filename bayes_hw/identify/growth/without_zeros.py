@@ -20,8 +20,12 @@ from scipy.optimize import least_squares
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues
+from bayes_hw.identify.cascade_roots import section_poles
+from bayes_hw.identify.growth.delay import begun_at
 from bayes_hw.identify.growth.descent import triangular_factor
+from bayes_hw.identify.growth.extension import without_real_pole, without_section
 from bayes_hw.identify.growth.search import Grown
+from bayes_hw.identify.growth.slow_poles import slow_time_constants
 
 DOUBLE = 1e-9
 """Distance in z below which two poles are one."""
@@ -29,23 +33,43 @@ DOUBLE = 1e-9
 
 def without_zeros(item: Grown) -> Grown:
     """`item` at the delay at which its G has no zeros, its weights free; as it is where no such G explains as
-    much but for what the criterion asks for the numbers that zeros would have."""
-    if not item.structure.integrator or item.structure.order < 3:
+    much but for what the criterion asks for the numbers that zeros would have. Slow parts, which are kept for
+    what they have in common with a dead zone, say nothing of it."""
+    fast = without_slow_parts(item)
+    if not fast.structure.integrator or fast.structure.order < 3:
         return item
-    spared = item.structure.order - 2
+    spared = fast.structure.order - 2
     asked = 0.5 * spared * float(np.log(item.point.samples))
     found = []
     for held in (False, True):
-        begun = in_series(item, held)
+        begun = in_series(fast, held)
         if begun is None:
             continue
         # Weights that are free lead to the poles of that delay, of which the series is asked again.
         free = begun.descended()
         of_zeros = nats_of_zeros(free, held)
         if of_zeros is not None:
-            found.append((item.log_likelihood - free.log_likelihood + of_zeros, free))
+            found.append((fast.log_likelihood - free.log_likelihood + of_zeros, free))
     lost, best = min(found, key=lambda one: one[0], default=(np.inf, item))
-    return best if lost < asked else item
+    if lost >= asked:
+        return item
+    return best if fast is item else begun_at(item, best.structure.delay_samples)
+
+
+def without_slow_parts(item: Grown) -> Grown:
+    """`item` without the real poles and sections that are slow, descended; itself where it has none."""
+    slowest = 1 / slow_time_constants(item)[0]
+    structure, values = item.structure, item.values
+    for number in reversed(range(structure.sections)):
+        a1, a2 = values.sections[:2, number]
+        if np.abs(np.log(section_poles(a1, a2))).max() < slowest:
+            structure, values = without_section(structure, values, number)
+    for number in reversed(range(structure.real_poles)):
+        if 1 - values.real[0, number] < slowest:
+            structure, values = without_real_pole(structure, values, number)
+    if structure == item.structure:
+        return item
+    return Grown.at(structure, values, item.response.records, item.point.most_noise).descended()
 
 
 def nats_of_zeros(item: Grown, held: bool) -> float | None:
@@ -127,8 +151,8 @@ def _poles_and_residues(values: CascadeValues) -> tuple[ComplexArray, ComplexArr
     """Of the integrator, of every real pole, and of both poles of every section."""
     poles, residues = [1.0 + 0j, *values.real[0]], [values.integrator_residue + 0j, *values.real[1]]
     for a1, a2, b1, b2 in values.sections.T:
-        root = np.sqrt(complex(a1 * a1 / 4 - a2)) or complex(DOUBLE)
-        one, other = a1 / 2 + root, a1 / 2 - root
+        one, other = section_poles(a1, a2)
+        other += DOUBLE if one == other else 0.0
         poles += [one, other]
         residues += [(b1 * one + b2) / (one - other), (b1 * other + b2) / (other - one)]
     return np.array(poles, np.complex128), np.array(residues, np.complex128)

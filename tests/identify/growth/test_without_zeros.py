@@ -9,9 +9,10 @@ import pytest
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
-from bayes_hw.identify.growth.delay import _begun_at
+from bayes_hw.identify.growth.delay import begun_at
+from bayes_hw.identify.growth.extension import with_section
 from bayes_hw.identify.growth.search import Grown
-from bayes_hw.identify.growth.without_zeros import in_series, without_zeros
+from bayes_hw.identify.growth.without_zeros import in_series, without_slow_parts, without_zeros
 from bayes_hw.record import Record, Units
 
 RATE, SAMPLES, DELAY, SIGMA = 200.0, 6000, 20, 5e-4
@@ -63,7 +64,7 @@ def fitted(values: CascadeValues, delay: int) -> Grown:
         blank = Record(f"r{number}", np.arange(SAMPLES) / RATE, u, np.zeros(SAMPLES), RATE, Units())
         y = -Grown.at(STRUCTURE, values, [blank, blank], 0).point.residuals[0]
         records.append(replace(blank, y=y + SIGMA * rng.standard_normal(SAMPLES)))
-    return _begun_at(Grown.at(STRUCTURE, values, records).descended(), delay)
+    return begun_at(Grown.at(STRUCTURE, values, records).descended(), delay)
 
 
 @pytest.mark.parametrize("held", [False, True], ids=["of samples", "held"])
@@ -73,6 +74,17 @@ def test_a_delay_that_zeros_stand_in_for_is_found(held: bool) -> None:
     found = without_zeros(item)
     assert found.structure.delay_samples == DELAY
     assert found.log_likelihood > item.log_likelihood - 1
+
+
+def test_slow_parts_say_nothing_of_it() -> None:
+    """Two that are kept for what they have in common with a dead zone stay where they are."""
+    item = fitted(series(True), DELAY + 4)
+    slow = (0.9999, 0.9998)
+    structure, values = with_section(item.structure, item.values, sum(slow), slow[0] * slow[1])
+    larger = Grown.at(structure, values, item.response.records)
+    assert without_slow_parts(larger).structure.order == item.structure.order
+    found = without_zeros(larger)
+    assert (found.structure.delay_samples, found.structure.order) == (DELAY, item.structure.order + 2)
 
 
 def test_residues_in_series_stay_as_they_are() -> None:
