@@ -124,8 +124,9 @@ class _Series:
         apart = np.abs(poles[:, None] - poles) + np.eye(len(poles))
         if apart.min() < DOUBLE:
             return None
-        s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
-        turned = np.log(residues[1:] / alone[1:])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
+            turned = np.log(residues[1:] / alone[1:])
         if not np.isfinite(turned).all():
             return None
         delay = -float(np.sum((s[1:].conj() * turned).real) / np.sum(np.abs(s[1:]) ** 2))
