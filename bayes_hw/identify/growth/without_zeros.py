@@ -89,7 +89,8 @@ def nats_of_zeros(item: Grown, held: bool) -> float | None:
         moved[item.response.pole_rows()] = x[static:-2]
         values = item.response.values(moved)
         own = replace(begun, gain=x[-2], delay=x[-1]).residues(values)
-        return np.asarray(factor @ (item.response.coordinates(_with_residues(values, own)) - at))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(factor @ (item.response.coordinates(_with_residues(values, own)) - at))
 
     x = np.concatenate([at[:static], at[item.response.pole_rows()], [begun.gain, begun.delay]])
     ended = least_squares(error, x, x_scale="jac", method="trf")
@@ -124,8 +125,8 @@ class _Series:
         apart = np.abs(poles[:, None] - poles) + np.eye(len(poles))
         if apart.min() < DOUBLE:
             return None
+        s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
         with np.errstate(divide="ignore", invalid="ignore"):
-            s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
             turned = np.log(residues[1:] / alone[1:])
         if not np.isfinite(turned).all():
             return None
@@ -133,19 +134,21 @@ class _Series:
         return cls(held, float(residues[0].real), delay)
 
     def residues(self, values: CascadeValues) -> ComplexArray:
-        """In the order of `_poles_and_residues`."""
+        """In the order of `_poles_and_residues`; not finite where poles meet."""
         s, alone = self._terms(_poles_and_residues(values)[0])
-        return np.asarray(alone * np.exp(-s * self.delay), np.complex128)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(alone * np.exp(-s * self.delay), np.complex128)
 
     def _terms(self, poles: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Logarithms of the poles, and the residues without a delay."""
         s = np.log(poles)
         s[0] = 0.0
         x = s if self.held else poles
-        found = 1 / np.prod(x[:, None] - x + np.eye(len(x)), axis=1)
-        if self.held:
-            found[1:] *= (poles[1:] - 1) / s[1:]
-        return s, np.asarray(self.gain * found / found[0], np.complex128)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = 1 / np.prod(x[:, None] - x + np.eye(len(x)), axis=1)
+            if self.held:
+                found[1:] *= (poles[1:] - 1) / s[1:]
+            return s, np.asarray(self.gain * found / found[0], np.complex128)
 
 
 def _poles_and_residues(values: CascadeValues) -> tuple[ComplexArray, ComplexArray]:
