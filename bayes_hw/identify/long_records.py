@@ -89,16 +89,19 @@ def search_factor(experiment: Experiment) -> int:
     """By how much the rate is lowered for the search: 1 where the records are short or the axis is fast."""
     if experiment.samples <= LONG_SAMPLES:
         return 1
-    wanted = experiment.samples // SEARCH_SAMPLES
-    allowed = experiment.sample_rate_hz / (RATE_OVER_HIGHEST * _highest_coherent(experiment))
-    return max(1, min(wanted, int(allowed)))
+    return min(experiment.samples // SEARCH_SAMPLES, slow_factor(experiment.records))
 
 
-def _highest_coherent(experiment: Experiment) -> float:
+def slow_factor(records: Sequence[Record]) -> int:
+    """By how much the rate may be lowered for a slow axis, 1 or more."""
+    return max(1, int(records[0].sample_rate_hz / (RATE_OVER_HIGHEST * _highest_coherent(records))))
+
+
+def _highest_coherent(records: Sequence[Record]) -> float:
     """The highest frequency, in Hz, at which the output's increments follow the command."""
-    rate = experiment.sample_rate_hz
+    rate = records[0].sample_rate_hz
     found = rate / SEGMENT
-    for record in experiment.records:
+    for record in records:
         frequency, coherence = signal.coherence(
             record.u, np.diff(record.y, prepend=record.y[:1]), rate, nperseg=min(SEGMENT, len(record) // 4)
         )
@@ -142,7 +145,7 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     """
     if factor == 1 and found.point.samples == experiment.samples:
         return with_real_poles(found)
-    part = _descended_on(found, for_search(experiment, 1).records, factor)
+    part = descended_on(found, for_search(experiment, 1).records, factor)
     part = with_real_poles(part)
     if factor > 1:
         share = min(1.0, DELAY_SAMPLES / experiment.samples)
@@ -153,12 +156,12 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     return Grown.at(part.structure, part.values, experiment.records).descended()
 
 
-def _descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown:
+def descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown:
     """The cascade of a rate lower by `factor` fitted to records of the full rate."""
     structure, values = found.structure, found.values
     if factor > 1:
         structure, values = at_higher_rate(structure, values, factor, len(records))
-    return Grown.at(structure, values, records).descended()
+    return Grown.at(structure, values, records, found.point.most_noise).descended()
 
 
 def with_own_delay(start: Grown, factor: int) -> Grown:

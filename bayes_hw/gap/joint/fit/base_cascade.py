@@ -11,12 +11,18 @@ from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.experiment import SMALLEST_COMMAND
 from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
+from bayes_hw.identify.growth.lowered import lowered
 from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.slow_poles import with_real_poles
+from bayes_hw.identify.long_records import descended_on, slow_factor, with_own_delay
 from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.identify.whole_cascade import SMALL_ORDER
 from bayes_hw.record import Record
 
 LARGEST_ORDER = 14
+LOWERED_SAMPLES, LEAST_FACTOR = 6000, 3
+"""Samples that a slow axis keeps at a lower rate, at least, and by how much that is lower."""
+
 NOISE_LEVELS = (1.0, 4.0)
 """Multiples of the white noise's level from which half widths start: a start may end in a poor minimum."""
 
@@ -47,7 +53,19 @@ def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
 
 
 def _grown(records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int) -> Grown:
-    """Of the least criterion where the noise is of orders up to `most_noise`, with its delay."""
+    """Of the least criterion where the noise is of orders up to `most_noise`, with its delay; of many samples
+    of a slow axis at a lower rate first, at which zeros and delays do not stand in for each other."""
+    factor = min(sum(len(record) for record in records) // LOWERED_SAMPLES, slow_factor(records))
+    if factor < LEAST_FACTOR or any(record.measured is not None for record in records):
+        return _grown_at_rate(records, structure, noise_level, most_noise)
+    slower = [lowered(record, factor) for record in records]
+    found = _grown_at_rate(slower, structure, noise_level, most_noise)
+    return with_own_delay(with_real_poles(descended_on(found, records, factor)), factor)
+
+
+def _grown_at_rate(
+    records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int
+) -> Grown:
     small = [
         _largest(grow(smallest_cascade(records, structure, level * noise_level, most_noise), SMALL_ORDER))
         for level in NOISE_LEVELS
