@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 import numpy as np
-from scipy import linalg
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
@@ -19,14 +18,6 @@ from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import Point, descend, evaluate, triangular_factor
-from bayes_hw.identify.growth.extension import (
-    advanced,
-    joined_pole,
-    with_section,
-    with_separate_pole,
-    without_real_pole,
-    without_section,
-)
 from bayes_hw.identify.growth.levels import levels_of
 from bayes_hw.identify.growth.search import Grown
 
@@ -284,125 +275,13 @@ class JointFit:
         effects[number] = Effect(form, np.array(start), effects[number].ports)
         return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
 
-    def with_section(self, a1: float, a2: float) -> Self:
-        """One more section of no weight."""
-        values = self.values
-        structure, cascade = with_section(self.structure, values.cascade, a1, a2)
-        effects = _each_port(
-            values,
-            lambda p: replace(p, sections=_wider(p.sections), signal_sections=_wider(p.signal_sections)),
-        )
-        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
-
-    def with_pole(self, pole: float) -> Self:
-        """One more real pole of no weight; it joins a single one into a section."""
-        values = self.values
-        if self.structure.real_poles == 1:
-            structure, cascade = joined_pole(self.structure, values.cascade, pole)
-
-            def joined(p: Ports) -> Ports:
-                weight, seen = p.real[0], p.signal_real[0]
-                return replace(
-                    p, real=p.real[1:], signal_real=p.signal_real[1:],
-                    sections=_wider(p.sections, (weight, -weight * pole)),
-                    signal_sections=_wider(p.signal_sections, (seen, 0.0)),
-                )  # fmt: skip
-
-            return self.moved(
-                structure, JointValues(cascade, _each_port(values, joined)), self.point.whitener
-            )
-        structure, cascade = with_separate_pole(self.structure, values.cascade, pole)
-        effects = _each_port(
-            values,
-            lambda p: replace(p, real=np.append(p.real, 0.0), signal_real=np.append(p.signal_real, 0.0)),
-        )
-        return self.moved(structure, JointValues(cascade, effects), self.point.whitener)
-
-    def without_section(self, number: int) -> Self:
-        """One section fewer, the others beginning with what they can do of it."""
-        values = self._with_weights_moved([], [number])
-        structure, cascade = without_section(self.structure, values.cascade, number)
-        effects = _each_port(
-            values,
-            lambda p: replace(
-                p, sections=np.delete(p.sections, number, axis=1),
-                signal_sections=np.delete(p.signal_sections, number, axis=1),
-            ),
-        )  # fmt: skip
-        return self.moved(structure, JointValues(cascade, effects))
-
-    def without_pole(self, number: int) -> Self:
-        """One real pole fewer, the others beginning with what they can do of it."""
-        values = self._with_weights_moved([number], [])
-        structure, cascade = without_real_pole(self.structure, values.cascade, number)
-        effects = _each_port(
-            values,
-            lambda p: replace(
-                p, real=np.delete(p.real, number), signal_real=np.delete(p.signal_real, number)
-            ),
-        )
-        return self.moved(structure, JointValues(cascade, effects))
-
-    def _with_weights_moved(self, poles: Sequence[int], sections: Sequence[int]) -> JointValues:
-        """The values where the weights of some real poles and sections are zero and all others have, by the
-        derivatives here, moved to where that costs least (Hassibi and Stork 1993, Second order derivatives
-        for network pruning: optimal brain surgeon)."""
-        s, coordinates = self.structure, self.point.coordinates
-        # Weights are coordinates as they are: at coordinates that count themselves each is its own place.
-        places = self.response.values(np.arange(len(coordinates), dtype=np.float64))
-        out = _weights(places, poles, sections).astype(int)
-        weights = _weights(places, range(s.real_poles), range(s.sections)).astype(int)
-        if s.integrator:
-            weights = np.append(weights, int(places.cascade.integrator_residue))
-        kept, factor = np.setdiff1d(weights, out), self.factor()
-        left_out = coordinates.copy()
-        left_out[out] = 0.0
-        moved = left_out.copy()
-        moved[kept] += linalg.lstsq(factor[:, kept], factor[:, out] @ coordinates[out], check_finite=False)[0]
-        # Behind a law that feeds back, so large a step may be a motion that grows.
-        return self.response.values(min(moved, left_out, key=self._misfit))
-
-    def _misfit(self, coordinates: FloatArray) -> float:
-        """Sum of squares of the weighted residuals at other coordinates."""
-        found = 0.0
-        with np.errstate(over="ignore", invalid="ignore"):
-            for e, record in zip(self.response.residuals(coordinates), self.response.records, strict=True):
-                measured = e[record.measured_samples]
-                found += float(measured @ measured)
-        return found if np.isfinite(found) else np.inf
-
     def finer(self) -> Self:
         """Laws and plays act FINE_STEPS times a sample: what sticks or turns within one does not wait for its
         end."""
         return self.under(replace(self.response, steps=FINE_STEPS), self.point.whitener)
 
-    def later(self) -> Self:
-        """With one more sample of delay."""
-        values = self.values
-        structure, cascade = advanced(self.structure, values.cascade)
-        return self.moved(structure, JointValues(cascade, values.effects))
-
 
 AnyFit = TypeVar("AnyFit", bound=JointFit)
-
-
-def _each_port(values: JointValues, change: Callable[[Ports], Ports]) -> tuple[Effect, ...]:
-    return tuple(e if e.ports is None else replace(e, ports=change(e.ports)) for e in values.effects)
-
-
-def _weights(values: JointValues, poles: Sequence[int], sections: Sequence[int]) -> FloatArray:
-    """Of these real poles and sections, in G and in every port of the effects."""
-    found = [values.cascade.real[1, poles], values.cascade.sections[2:, sections]]
-    for effect in values.effects:
-        if (ports := effect.ports) is not None:
-            found += [ports.real[poles], ports.sections[:, sections]]
-            if ports.signal:
-                found += [ports.signal_real[poles], ports.signal_sections[:, sections]]
-    return np.concatenate([part.ravel() for part in found])
-
-
-def _wider(weights: FloatArray, column: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
-    return np.concatenate([weights, np.array(column)[:, None]], axis=1)
 
 
 def raced(items: Sequence[AnyFit], least: float = -np.inf) -> list[AnyFit]:

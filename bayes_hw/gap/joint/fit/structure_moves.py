@@ -5,6 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
+from bayes_hw.gap.joint.fit.other_cascades import (
+    later,
+    with_pole,
+    with_section,
+    without_pole,
+    without_section,
+)
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.time_budget import time_is_up
@@ -16,8 +23,8 @@ SLACK_NATS = 0.5
 def larger_cascades(fit: JointFit, count: int = 3) -> list[JointFit]:
     """Fits with one more pole or section, the most promising."""
     real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
-    found = [fit.with_pole(c.a1) for c in real[:1]]
-    return found + [fit.with_section(c.a1, c.a2) for c in pairs if c.a2 is not None]
+    found = [with_pole(fit, c.a1) for c in real[:1]]
+    return found + [with_section(fit, c.a1, c.a2) for c in pairs if c.a2 is not None]
 
 
 def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
@@ -46,8 +53,8 @@ def pruned(fit: JointFit) -> JointFit:
             trials += [fit.without(label) for label in fit.labels]
         if fit.observer is not None:
             trials.append(fit.without_observer())
-        trials += [fit.without_section(i) for i in range(fit.structure.sections)]
-        trials += [fit.without_pole(i) for i in range(fit.structure.real_poles)]
+        trials += [without_section(fit, i) for i in range(fit.structure.sections)]
+        trials += [without_pole(fit, i) for i in range(fit.structure.real_poles)]
         if not trials:
             return fit
         trials = sorted(descended_each(trials, 4), key=lambda t: -t.score)[:2]
@@ -62,10 +69,10 @@ def delayed(fit: JointFit) -> JointFit:
     """The delay advanced while that costs next to nothing: a delay that G's poles make up sets them free."""
     longest = longest_delay(fit.response.records)
     while fit.structure.delay_samples < longest:
-        later = fit.later().descended()
-        if later.score < fit.score - SLACK_NATS:
+        advanced = later(fit).descended()
+        if advanced.score < fit.score - SLACK_NATS:
             break
-        fit = later
+        fit = advanced
     return fit
 
 

@@ -9,6 +9,7 @@ import pytest
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.other_cascades import without_pole, without_section
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
@@ -47,7 +48,7 @@ def test_a_pole_beside_the_integrator_hands_its_weight_over(with_friction: bool)
         split,
         tuple(replace(e, ports=with_pole(e.ports)) for e in effects if e.ports is not None),
     )
-    found = larger.without_pole(0)
+    found = without_pole(larger, 0)
     assert found.structure == smaller.structure
     assert abs(found.log_likelihood - smaller.log_likelihood) < 1
     left_out = fit_at(STRUCTURE, replace(CASCADE, integrator_residue=-0.025), effects)
@@ -77,6 +78,6 @@ def test_a_section_that_stands_twice_hands_its_weight_over() -> None:
     )
     assert abs(larger.log_likelihood - smaller.log_likelihood) < 1
     for number in (0, 1):
-        found = larger.without_section(number)
+        found = without_section(larger, number)
         assert found.structure == smaller.structure
         assert abs(found.log_likelihood - smaller.log_likelihood) < 1
