@@ -12,11 +12,12 @@ from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.experiment import Experiment, moving_samples
 from bayes_hw.identify.growth.delay import at_better_delay, at_longest_delay
-from bayes_hw.identify.growth.extension import with_single_poles, without_real_pole
+from bayes_hw.identify.growth.extension import pair_of, section_of, with_single_poles, without_real_pole
 from bayes_hw.identify.growth.lowered import lowered
 from bayes_hw.identify.growth.search import Grown
 from bayes_hw.identify.growth.slow_poles import slow_time_constants, with_real_poles
 from bayes_hw.identify.growth.without_zeros import without_zeros
+from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.record import Record
 
 FASTEST = 0.02
@@ -36,14 +37,8 @@ def at_higher_rate(
     """
     poles, residues = _faster(values.real[0].astype(complex), values.real[1].astype(complex), factor)
     sections = np.empty_like(values.sections)
-    for number, (a1, a2, b1, b2) in enumerate(values.sections.T):
-        root = np.sqrt(complex(a1 * a1 / 4 - a2))
-        pair = np.array([a1 / 2 + root, a1 / 2 - root])
-        if abs(pair[0] - pair[1]) < 2 * DOUBLE:
-            pair = pair + np.array([DOUBLE, -DOUBLE])
-        parts = (b1 * pair + b2) / np.array([pair[0] - pair[1], pair[1] - pair[0]])
-        (p1, p2), (r1, r2) = _faster(pair, parts, factor)
-        sections[:, number] = np.real([p1 + p2, p1 * p2, r1 + r2, -(r1 * p2 + r2 * p1)])
+    for number, section in enumerate(values.sections.T):
+        sections[:, number] = section_of(*_faster(*pair_of(section), factor))
     moved = replace(structure, delay_samples=structure.delay_samples * factor)
     real: FloatArray = np.stack([poles.real, residues.real])
     return moved, replace(
@@ -53,10 +48,6 @@ def at_higher_rate(
         sections=sections,
         starts=np.zeros((records, structure.order)),
     )
-
-
-DOUBLE = 1e-6
-"""Half the distance that two equal poles are set apart."""
 
 
 def _faster(poles: ComplexArray, residues: ComplexArray, factor: int) -> tuple[ComplexArray, ComplexArray]:
@@ -156,12 +147,13 @@ def at_full_rate(found: Grown, experiment: Experiment, factor: int) -> Grown:
     return Grown.at(part.structure, part.values, experiment.records).descended()
 
 
-def descended_on(found: Grown, records: Sequence[Record], factor: int) -> Grown:
-    """The cascade of a rate lower by `factor` fitted to records of the full rate."""
+def descended_on(found: Grown, records: Sequence[Record], factor: int, most_noise: int = MAX_ORDER) -> Grown:
+    """The cascade of a rate lower by `factor` fitted to records of the full rate, under noise of orders up to
+    `most_noise`."""
     structure, values = found.structure, found.values
     if factor > 1:
         structure, values = at_higher_rate(structure, values, factor, len(records))
-    return Grown.at(structure, values, records, found.point.most_noise).descended()
+    return Grown.at(structure, values, records, most_noise).descended()
 
 
 def with_own_delay(start: Grown, factor: int) -> Grown:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.identify.cascade import CascadeValues, Structure
 
 COINCIDING = 1e-6
@@ -132,7 +132,7 @@ def repaired(structure: Structure, values: CascadeValues) -> CascadeValues | Non
         return None
     sections = values.sections.copy()
     for i, k in zip(chosen, range(0, len(order), 2), strict=True):
-        sections[:, i] = _section_of(poles_sorted[k : k + 2], residues_sorted[k : k + 2])
+        sections[:, i] = section_of(poles_sorted[k : k + 2], residues_sorted[k : k + 2])
     same = np.allclose(np.sort(sections[0, chosen]), np.sort(a1[chosen]), rtol=0, atol=1e-12)
     return None if same else replace(values, sections=sections)
 
@@ -145,7 +145,21 @@ def fractions_of(section: FloatArray) -> tuple[tuple[float, float], tuple[float,
     return (one, (b1 * one + b2) / (one - other)), (other, (b1 * other + b2) / (other - one))
 
 
-def _section_of(poles: FloatArray, residues: FloatArray) -> FloatArray:
-    """a1, a2, b1, b2 of r1 q / (1 - p1 q) + r2 q / (1 - p2 q)."""
+DOUBLE = 1e-6
+"""Half the distance that two equal poles are set apart."""
+
+
+def pair_of(section: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Poles (2,) and residues (2,) of a section (4,), real or a pair; equal poles are set apart."""
+    a1, a2, b1, b2 = section
+    root = np.sqrt(complex(a1 * a1 / 4 - a2))
+    poles = np.array([a1 / 2 + root, a1 / 2 - root])
+    if abs(poles[0] - poles[1]) < 2 * DOUBLE:
+        poles = poles + np.array([DOUBLE, -DOUBLE])
+    return poles, (b1 * poles + b2) / np.array([poles[0] - poles[1], poles[1] - poles[0]])
+
+
+def section_of(poles: FloatArray | ComplexArray, residues: FloatArray | ComplexArray) -> FloatArray:
+    """a1, a2, b1, b2 of r1 q / (1 - p1 q) + r2 q / (1 - p2 q), real or a pair."""
     (p1, p2), (r1, r2) = poles, residues
-    return np.array([p1 + p2, p1 * p2, r1 + r2, -(r1 * p2 + r2 * p1)])
+    return np.asarray(np.real([p1 + p2, p1 * p2, r1 + r2, -(r1 * p2 + r2 * p1)]))

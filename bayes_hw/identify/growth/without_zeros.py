@@ -23,12 +23,9 @@ from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.cascade_roots import section_poles
 from bayes_hw.identify.growth.delay import begun_at
 from bayes_hw.identify.growth.descent import triangular_factor
-from bayes_hw.identify.growth.extension import without_real_pole, without_section
+from bayes_hw.identify.growth.extension import pair_of, section_of, without_real_pole, without_section
 from bayes_hw.identify.growth.search import Grown
 from bayes_hw.identify.growth.slow_poles import slow_time_constants
-
-DOUBLE = 1e-9
-"""Distance in z below which two poles are one."""
 
 
 def without_zeros(item: Grown) -> Grown:
@@ -122,9 +119,6 @@ class _Series:
     def of(cls, values: CascadeValues, held: bool) -> _Series | None:
         """By all residues together; None where they are of no series."""
         poles, residues = _poles_and_residues(values)
-        apart = np.abs(poles[:, None] - poles) + np.eye(len(poles))
-        if apart.min() < DOUBLE:
-            return None
         s, alone = cls(held, float(residues[0].real), 0.0)._terms(poles)
         with np.errstate(divide="ignore", invalid="ignore"):
             turned = np.log(residues[1:] / alone[1:])
@@ -153,13 +147,10 @@ class _Series:
 
 def _poles_and_residues(values: CascadeValues) -> tuple[ComplexArray, ComplexArray]:
     """Of the integrator, of every real pole, and of both poles of every section."""
-    poles, residues = [1.0 + 0j, *values.real[0]], [values.integrator_residue + 0j, *values.real[1]]
-    for a1, a2, b1, b2 in values.sections.T:
-        one, other = section_poles(a1, a2)
-        other += DOUBLE if one == other else 0.0
-        poles += [one, other]
-        residues += [(b1 * one + b2) / (one - other), (b1 * other + b2) / (other - one)]
-    return np.array(poles, np.complex128), np.array(residues, np.complex128)
+    parts = [(np.ones(1), np.array([values.integrator_residue])), (values.real[0], values.real[1])]
+    parts += [pair_of(section) for section in values.sections.T]
+    poles, residues = zip(*parts, strict=True)
+    return np.concatenate(poles).astype(complex), np.concatenate(residues).astype(complex)
 
 
 def _with_residues(values: CascadeValues, residues: ComplexArray) -> CascadeValues:
@@ -167,8 +158,6 @@ def _with_residues(values: CascadeValues, residues: ComplexArray) -> CascadeValu
     count = values.real.shape[1]
     real = np.array([values.real[0], residues[1 : 1 + count].real])
     sections = values.sections.copy()
-    pairs = residues[1 + count :].reshape(-1, 2)
-    poles, _ = _poles_and_residues(values)
-    for i, ((r1, r2), (p1, p2)) in enumerate(zip(pairs, poles[1 + count :].reshape(-1, 2), strict=True)):
-        sections[2:, i] = (r1 + r2).real, -(r1 * p2 + r2 * p1).real
+    for section, own in zip(sections.T, residues[1 + count :].reshape(-1, 2), strict=True):
+        section[2:] = section_of(pair_of(section)[0], own)[2:]
     return replace(values, integrator_residue=float(residues[0].real), real=real, sections=sections)

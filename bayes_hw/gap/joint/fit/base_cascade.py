@@ -54,13 +54,23 @@ def grown_base(records: Sequence[Record], noise_level: float) -> JointFit:
 
 def _grown(records: Sequence[Record], structure: Structure, noise_level: float, most_noise: int) -> Grown:
     """Of the least criterion where the noise is of orders up to `most_noise`, with its delay; of many samples
-    of a slow axis at a lower rate first, at which zeros and delays do not stand in for each other."""
-    factor = min(sum(len(record) for record in records) // LOWERED_SAMPLES, slow_factor(records))
-    if factor < LEAST_FACTOR or any(record.measured is not None for record in records):
+    of a slow axis, all of them measured, at a lower rate first, at which zeros and delays do not stand in for
+    each other."""
+    factor = _lower_by(records)
+    if factor == 1:
         return _grown_at_rate(records, structure, noise_level, most_noise)
     slower = [lowered(record, factor) for record in records]
     found = _grown_at_rate(slower, structure, noise_level, most_noise)
-    return with_own_delay(with_real_poles(descended_on(found, records, factor)), factor)
+    return with_own_delay(with_real_poles(descended_on(found, records, factor, most_noise)), factor)
+
+
+def _lower_by(records: Sequence[Record]) -> int:
+    """The factor of the lower rate, 1 where it is not worth it."""
+    most = sum(len(record) for record in records) // LOWERED_SAMPLES
+    if most < LEAST_FACTOR or any(record.measured is not None for record in records):
+        return 1
+    factor = min(most, slow_factor(records))
+    return factor if factor >= LEAST_FACTOR else 1
 
 
 def _grown_at_rate(

@@ -49,9 +49,19 @@ def with_pole(fit: JointFit, pole: float) -> JointFit:
     return fit.moved(structure, JointValues(cascade, effects), fit.point.whitener)
 
 
-def without_section(fit: JointFit, number: int) -> JointFit:
-    """One section fewer, the others beginning with what they can do of it."""
-    values = _with_weights_moved(fit, [], [number])
+def smaller_cascades(fit: JointFit) -> list[JointFit]:
+    """Without each section and each real pole in turn, the others beginning with what they can do of it."""
+    try:
+        factor = fit.factor()
+    except FloatingPointError:
+        factor = None
+    structure = fit.structure
+    found = [_without_section(fit, number, factor) for number in range(structure.sections)]
+    return found + [_without_pole(fit, number, factor) for number in range(structure.real_poles)]
+
+
+def _without_section(fit: JointFit, number: int, factor: FloatArray | None) -> JointFit:
+    values = _with_weights_moved(fit, [], [number], factor)
     structure, cascade = extension.without_section(fit.structure, values.cascade, number)
     effects = _each_port(
         values,
@@ -63,9 +73,8 @@ def without_section(fit: JointFit, number: int) -> JointFit:
     return fit.moved(structure, JointValues(cascade, effects))
 
 
-def without_pole(fit: JointFit, number: int) -> JointFit:
-    """One real pole fewer, the others beginning with what they can do of it."""
-    values = _with_weights_moved(fit, [number], [])
+def _without_pole(fit: JointFit, number: int, factor: FloatArray | None) -> JointFit:
+    values = _with_weights_moved(fit, [number], [], factor)
     structure, cascade = extension.without_real_pole(fit.structure, values.cascade, number)
     effects = _each_port(
         values,
@@ -74,21 +83,24 @@ def without_pole(fit: JointFit, number: int) -> JointFit:
     return fit.moved(structure, JointValues(cascade, effects))
 
 
-def _with_weights_moved(fit: JointFit, poles: Sequence[int], sections: Sequence[int]) -> JointValues:
+def _with_weights_moved(
+    fit: JointFit, poles: Sequence[int], sections: Sequence[int], factor: FloatArray | None
+) -> JointValues:
     """The values where the weights of some real poles and sections are zero and all others have, by the
-    derivatives here, moved to where that costs least (Hassibi and Stork 1993, Second order derivatives
-    for network pruning: optimal brain surgeon)."""
+    derivatives' `factor`, moved to where that costs least (Hassibi and Stork 1993, Second order derivatives
+    for network pruning: optimal brain surgeon); as they are where derivatives overflow, or that is nearer."""
     s, coordinates = fit.structure, fit.point.coordinates
     # Weights are coordinates as they are: at coordinates that count themselves each is its own place.
     places = fit.response.values(np.arange(len(coordinates), dtype=np.float64))
     out = _weights(places, poles, sections).astype(int)
+    left_out = coordinates.copy()
+    left_out[out] = 0.0
+    if factor is None:
+        return fit.response.values(left_out)
     weights = _weights(places, range(s.real_poles), range(s.sections)).astype(int)
     if s.integrator:
         weights = np.append(weights, int(places.cascade.integrator_residue))
-    kept, factor = np.setdiff1d(weights, out), fit.factor()
-    left_out = coordinates.copy()
-    left_out[out] = 0.0
-    moved = left_out.copy()
+    kept, moved = np.setdiff1d(weights, out), left_out.copy()
     moved[kept] += linalg.lstsq(factor[:, kept], factor[:, out] @ coordinates[out], check_finite=False)[0]
     # Behind a law that feeds back, so large a step may be a motion that grows.
     return fit.response.values(min(moved, left_out, key=lambda x: _misfit(fit, x)))

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
-from bayes_hw.gap.joint.fit.other_cascades import (
-    later,
-    with_pole,
-    with_section,
-    without_pole,
-    without_section,
-)
+from bayes_hw.gap.joint.fit.other_cascades import later, smaller_cascades, with_pole, with_section
 from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.time_budget import time_is_up
@@ -53,8 +47,7 @@ def pruned(fit: JointFit) -> JointFit:
             trials += [fit.without(label) for label in fit.labels]
         if fit.observer is not None:
             trials.append(fit.without_observer())
-        trials += [without_section(fit, i) for i in range(fit.structure.sections)]
-        trials += [without_pole(fit, i) for i in range(fit.structure.real_poles)]
+        trials += smaller_cascades(fit)
         if not trials:
             return fit
         trials = sorted(descended_each(trials, 4), key=lambda t: -t.score)[:2]

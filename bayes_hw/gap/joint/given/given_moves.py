@@ -67,7 +67,7 @@ def with_further_forms(fits: Sequence[GivenFit]) -> list[GivenFit]:
 def both_over_position(fit: GivenFit) -> list[GivenFit]:
     """The best explanations by both labels that are errors of the reading over position: noise takes up what
     either leaves of the other, so that neither alone shows what it is worth."""
-    found = list(effect_candidates(fit, forms_of("gain_asymmetry")))
+    found = effect_candidates(fit, forms_of("gain_asymmetry"))
     return [
         explained_slowly(t) for one in found for t in effect_candidates(one, forms_of("encoder_eccentricity"))
     ]

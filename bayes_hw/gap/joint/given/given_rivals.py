@@ -152,7 +152,7 @@ def seen_alike(one: GivenFit, other: GivenFit) -> bool:
 def _of_label(fit: GivenFit, label: str) -> list[GivenFit]:
     """The best explanations with this label more."""
     forms = forms_of(label)
-    found = list(effect_candidates(fit, forms))
+    found = effect_candidates(fit, forms)
     found += with_further_forms(found) + with_signals(found) + every_law(fit, forms)
     if label == DELAY:
         found += later(fit)

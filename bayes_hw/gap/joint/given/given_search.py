@@ -254,12 +254,12 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     that is white or of the first order, no law is begun that looks at the states of G: there is nothing
     more to be found. Nor beside a label where none of them gains what a start must.
     """
-    found = list(effect_candidates(begun, FORMS))
+    found = effect_candidates(begun, FORMS)
     moves: tuple[Callable[[], list[GivenFit]], ...] = (
-        lambda: list(effect_candidates(begun, UNNAMED_OVER_POSITION)),
+        lambda: effect_candidates(begun, UNNAMED_OVER_POSITION),
         lambda: with_further_forms(found) + with_signals(found),
         lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
-        lambda: _further_periods(begun) if begun.labels and something_is_left(begun, found) else [],
+        lambda: periodic_by_promise(begun) if begun.labels and something_is_left(begun, found) else [],
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
         lambda: other_laws(highest(found)) if found else [],
@@ -268,12 +268,6 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         if not time_is_up():
             found += move()
     return found
-
-
-def _further_periods(begun: GivenFit) -> list[GivenFit]:
-    """The best explanations with one more periodic torque: a wave in the residual shows its period less well
-    beside another label, which has taken up some of it."""
-    return list(periodic_by_promise(begun))
 
 
 def _one_pays(found: Sequence[GivenFit], begun: GivenFit) -> bool:
@@ -368,7 +362,7 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         for label in dict.fromkeys(fit.labels):
             rest = fit.without(label).descended()
             forms = [f for f in GIVEN_FORMS if f.label in near and f.label not in (label, *rest.labels)]
-            found = list(effect_candidates(rest, forms))
+            found = effect_candidates(rest, forms)
             found += with_further_forms(found) + with_signals(found)
             found += later(rest) + further_modes(rest) + slow_causes(rest)
             trials += [t for t in found if label not in t.labels]

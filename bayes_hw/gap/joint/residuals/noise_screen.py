@@ -65,9 +65,9 @@ class NoiseScreen:
         return np.where(whole, -0.5 * self.samples * np.log1p(-share) - price, 0.0)
 
 
-def first_order_noise(residuals: Sequence[FloatArray]) -> Whitener:
-    """Autoregression of order one."""
-    return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -0.99999, 0.99999))
+def first_order_noise(residuals: Sequence[FloatArray], longest: float = 0.99999) -> Whitener:
+    """Autoregression of order one, correlated from sample to sample by no more than `longest`."""
+    return Whitener.of_partial(np.clip(estimate_noise(residuals, 1).partial, -longest, longest))
 
 
 def noise_screens(fit: JointFit) -> list[NoiseScreen]:

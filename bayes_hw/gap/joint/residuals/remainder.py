@@ -10,9 +10,9 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.command_trace import command_nats
+from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.gap.joint.residuals.own_disturbances import refuting_nats
 from bayes_hw.gap.joint.residuals.readings import less_for_tails
-from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import innovations
 
 LONGEST_RHYTHM = 12
@@ -73,10 +73,8 @@ def coloured_nats(fit: JointFit) -> float:
     point = fit.point
     if fit.response.cause is not None or fit.noise_order == 0:
         return 0.0
-    first = Whitener.of_residuals(point.residuals, point.most_noise, 1)
     longest = max(LONGEST_MEMORY, float(np.exp(-1 / (LONGEST_MEMORY_S * fit.response.scale.rate_hz))))
-    memory = float(np.clip(first.coefficients[1, 0], -longest, longest))
-    own = Whitener.of_partial(np.array([memory]))
+    own = first_order_noise(point.residuals, longest)
     gained = point.whitener.log_likelihood(point.residuals, point.masks)
     gained -= own.log_likelihood(point.residuals, point.masks)
     return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))

@@ -130,7 +130,7 @@ def _law_starts(fit: AnyFit, form: Form) -> list[AnyFit]:
     starts = [s.with_signal(last) for s in plain]
     if form in DRIVE_FORMS and form.base == BASE_COMMAND:
         return starts + [_lacking(s) for s in starts]
-    return starts + (list(plain) if form.label == OTHER else [])
+    return starts + (plain if form.label == OTHER else [])
 
 
 def _lacking(fit: AnyFit) -> AnyFit:

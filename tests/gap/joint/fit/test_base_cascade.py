@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from joint_axis import SIGMA, STRUCTURE, measured
+from series_axis import DELAY, RATE, series
+from series_axis import STRUCTURE as SERIES
 
 from bayes_hw.gap.joint.fit import base_cascade
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior.joint_posterior import laplace
-from bayes_hw.identify.cascade import CascadeValues, Structure
+from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.descent import triangular_factor
 from bayes_hw.identify.growth.search import Grown, smallest_cascade
 from bayes_hw.record import Record, Units
@@ -42,37 +44,19 @@ def test_where_noise_hides_a_misfit_a_cascade_on_plain_residuals_goes_on(
     assert (base.structure.order >= STRUCTURE.order) == hides
 
 
-RATE, DELAY = 200.0, 20
-FAST = Structure(DELAY, True, 0, 2, lower=True, upper=True, dead_zone=True)
-
-
 @pytest.fixture(scope="module")
 def oversampled() -> JointFit:
     """The base of one record of a slow axis at a high rate, under a sweep that the limits clip: modes of 2.6
     and 4.9 Hz behind a delay, one behind the other."""
-    s = np.array([0.0, *(x for f, d in ((2.6, 0.03), (4.9, 0.05)) for x in _pair(f, d))])
-    z = np.exp(s)
-    r = 1 / np.prod(z[:, None] - z + np.eye(5), axis=1)
-    r = r / (r[0] * RATE)
-    sections = [
-        [(z[i] + z[i + 1]).real, (z[i] * z[i + 1]).real,
-         (r[i] + r[i + 1]).real, -(r[i] * z[i + 1] + r[i + 1] * z[i]).real]
-        for i in (1, 3)
-    ]  # fmt: skip
-    gain, starts = float(r[0].real), np.zeros((1, 5))
-    values = CascadeValues(-0.45, 0.4, 0.03, 0.0, gain, np.zeros((2, 0)), np.array(sections).T, starts)
     samples, rng = 24_000, np.random.default_rng(3)
     t = np.arange(samples) / RATE
     up = np.linspace(0.05, 8.0, samples // 2)
     u = 0.55 * np.sin(2 * np.pi * np.cumsum(np.concatenate([up, up[::-1]])) / RATE)
     blank = Record("sweep", t, u, np.zeros(samples), RATE, Units())
-    y = -Grown.at(FAST, values, [blank], 0).point.residuals[0] + 0.004 * rng.standard_normal(samples)
+    y = -Grown.at(SERIES, series(False, 1), [blank], 0).point.residuals[0] + 0.004 * rng.standard_normal(
+        samples
+    )
     return grown_base([replace(blank, y=y)], 0.004)
-
-
-def _pair(frequency_hz: float, damping_ratio: float) -> tuple[complex, complex]:
-    one = 2 * np.pi * frequency_hz / RATE * complex(-damping_ratio, np.sqrt(1 - damping_ratio**2))
-    return one, one.conjugate()
 
 
 def test_a_slow_axis_at_a_high_rate_is_grown_at_a_lower_one(oversampled: JointFit) -> None:

@@ -9,7 +9,7 @@ import pytest
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.fit.other_cascades import without_pole, without_section
+from bayes_hw.gap.joint.fit.other_cascades import smaller_cascades
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
@@ -48,7 +48,7 @@ def test_a_pole_beside_the_integrator_hands_its_weight_over(with_friction: bool)
         split,
         tuple(replace(e, ports=with_pole(e.ports)) for e in effects if e.ports is not None),
     )
-    found = without_pole(larger, 0)
+    *_, found = smaller_cascades(larger)
     assert found.structure == smaller.structure
     assert abs(found.log_likelihood - smaller.log_likelihood) < 1
     left_out = fit_at(STRUCTURE, replace(CASCADE, integrator_residue=-0.025), effects)
@@ -77,7 +77,19 @@ def test_a_section_that_stands_twice_hands_its_weight_over() -> None:
         (replace(friction(), ports=shared),),
     )
     assert abs(larger.log_likelihood - smaller.log_likelihood) < 1
-    for number in (0, 1):
-        found = without_section(larger, number)
+    for found in smaller_cascades(larger):
         assert found.structure == smaller.structure
         assert abs(found.log_likelihood - smaller.log_likelihood) < 1
+
+
+def test_where_derivatives_overflow_the_weights_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of a motion that grows: a smaller cascade is begun all the same, with what the others had."""
+    fit = fit_at(STRUCTURE, CASCADE, (friction(),))
+
+    def overflowing(_: JointFit) -> None:
+        raise FloatingPointError
+
+    monkeypatch.setattr(JointFit, "factor", overflowing)
+    (found,) = smaller_cascades(fit)
+    assert found.structure == replace(STRUCTURE, sections=0)
+    assert found.values.cascade.integrator_residue == pytest.approx(CASCADE.integrator_residue)
