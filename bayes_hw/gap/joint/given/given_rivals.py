@@ -21,21 +21,17 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
-from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanges
-from bayes_hw.gap.joint.search.laws_of_states import PERIODIC, every_law, kicked
-from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, PERIODIC, exchanges, laws_of
+from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
+from bayes_hw.gap.joint.search.sight import FRICTION, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
 
-SLOW, FRICTION = (WIND, WALK), "friction"
+SLOW = (WIND, WALK)
 EXCHANGED_AROUND_A_MODEL = (*EXCHANGED, *(form for form in DRIVE_FORMS if form.law not in PERIODIC))
 SHAPE_LEAD = 50.0
 """Nats by which a function of position must lead to end a search."""
-
-
-FRICTION_LEAD = 15.0
-"""Nats by which a law that looks at the speed of the axis must lead friction's own to be none."""
 
 
 def instead_of(
@@ -95,9 +91,8 @@ def plainly_named(
     found, nats = dict(ends), rivals | {label: end.score - base.score for label, end in ends.items()}
     if FRICTION not in ends:
         return found, nats
-    most = ends[FRICTION].score + FRICTION_LEAD
     for label, end in ends.items():
-        if label != FRICTION and end.score < most and is_hidden_friction(end):
+        if label != FRICTION and stands_for_friction(end, end.score - ends[FRICTION].score):
             del found[label]
             del nats[label]
     return found, nats
@@ -120,7 +115,8 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
     spring and a friction are one curve over different signals, and a descent from afar finds but one of them.
     """
     begun: dict[str, GivenFit] = {}
-    for one in exchanges(fit, EXCHANGED_AROUND_A_MODEL):
+    last = len(fit.values.effects) - 1
+    for one in exchanges(fit, last, EXCHANGED_AROUND_A_MODEL) if last in laws_of(fit) else ():
         named = named_by_sight(one)
         effect = named.values.effects[-1]
         if named.effect_labels[-1] not in fit.labels and effect.is_own_law:

@@ -22,8 +22,9 @@ from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.time_budget import time_is_up
 
+PERIODIC = (K.RIPPLE, K.MODULATED)
 EXCHANGED: tuple[Form, ...] = tuple(
-    form for form in FORMS if form.is_law and not form.further and form.law not in (K.RIPPLE, K.MODULATED)
+    form for form in FORMS if form.is_law and not form.further and form.law not in PERIODIC
 )
 """Laws that are not periodic in position."""
 
@@ -46,13 +47,21 @@ class _Begun:
 
 
 def exchanged(fit: JointFit) -> list[JointFit]:
-    """The fit with its only law exchanged for those that give nearly the same torque and look at a motion,
-    each descended; none where it has no law of its own, or several, or where time is up."""
-    if time_is_up():
-        return []
+    """The fit with one of its laws exchanged for those that give nearly the same torque and look at a motion,
+    each descended; none where it has no law of its own that is not periodic, or where time is up."""
     order = min(fit.noise_order, 1)
-    begun = [one for one in exchanges(fit, EXCHANGED) if not looks_beside_position(one)][:MOST_TRIED]
-    return raced([one.descended_under(order, FIRST_STEPS) for one in begun])
+    found: list[JointFit] = []
+    for number in laws_of(fit):
+        if not time_is_up():
+            begun = [one for one in exchanges(fit, number, EXCHANGED) if not looks_beside_position(one)]
+            found += raced([one.descended_under(order, FIRST_STEPS) for one in begun[:MOST_TRIED]])
+    return found
+
+
+def laws_of(fit: JointFit) -> list[int]:
+    """Numbers of its effects that are laws of their own and not periodic in position."""
+    effects = enumerate(fit.values.effects)
+    return [number for number, e in effects if e.is_own_law and e.form.law not in PERIODIC]
 
 
 def looks_beside_position(fit: JointFit) -> bool:
@@ -61,13 +70,10 @@ def looks_beside_position(fit: JointFit) -> bool:
     return any(e.looks_at_states for e in laws)
 
 
-def exchanges(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
-    """The fit with its only law exchanged for those of `forms` that give nearly the same torque, the most
-    alike first, not descended; none where it has no law of its own that is among them, or several."""
-    own = [number for number, effect in enumerate(fit.values.effects) if effect.is_own_law]
-    if len(own) != 1 or fit.values.effects[own[0]].form not in forms:
-        return []
-    old = _Old.of(fit, own[0])
+def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
+    """The fit with the law of effect `number` exchanged for those of `forms` that give nearly the same torque,
+    the most alike first, not descended."""
+    old = _Old.of(fit, number)
     begun = [one for form in forms if form is not old.effect.form for one in old.exchanged_for(form)]
     begun = sorted((one for one in begun if one.alike > ALIKE), key=lambda one: -one.alike)
     return cast(list[AnyFit], [one.fit for one in begun])

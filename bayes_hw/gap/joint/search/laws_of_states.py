@@ -13,10 +13,11 @@ from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, AnyFit, descended_each, highest
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
-from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND, MODULATED, RIPPLE
+from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
+from bayes_hw.gap.joint.search.law_exchange import PERIODIC
 from bayes_hw.gap.joint.search.structural import explained_slowly, finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import evaluate
@@ -34,8 +35,6 @@ residual that a round must take away for another."""
 
 BEGUN_SAMPLES = 5000
 """Of all records together, on which laws are begun."""
-
-PERIODIC = (RIPPLE, MODULATED)
 
 
 def every_law(fit: AnyFit, forms: Sequence[Form] = GIVEN_FORMS) -> list[AnyFit]:

@@ -17,7 +17,7 @@ from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.law_exchange import exchanged
-from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight
+from bayes_hw.gap.joint.search.sight import FRICTION, is_hidden_friction, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, structural, within_sample
 from bayes_hw.phrases import log_evidence
 
@@ -164,14 +164,14 @@ def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Of every label the best that it or an exchange of another one's law reaches."""
+    """Of every label the best that it or an exchange of another one's law reaches, friction by its own name."""
     by_exchange = [
         replace(path, fit=as_seen(fit))
         for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True)
         for fit in fits
         if np.isfinite(fit.score) and not is_hidden_friction(fit)
     ]
-    best = best_of_each_label([*paths, *by_exchange])
+    best = plainly_named(best_of_each_label([*paths, *by_exchange]))
     for path in best:
         if path in by_exchange:
             told(f"{log_evidence(path.gained)} by an exchange: {described(path.fit)}")
@@ -184,6 +184,12 @@ def best_of_each_label(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
     explaining = [path for path in paths if path.fit.labels]
     labels = dict.fromkeys(path.begun_with for path in explaining)
     return [max((p for p in explaining if p.begun_with == label), key=lambda p: p.gained) for label in labels]
+
+
+def plainly_named(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
+    """The paths, but for friction under another name where one of friction's own explains nearly as much."""
+    most = max((path.gained for path in paths if path.begun_with == FRICTION), default=-np.inf)
+    return [p for p in paths if p.begun_with == FRICTION or not stands_for_friction(p.fit, p.gained - most)]
 
 
 def as_seen(fit: JointFit) -> JointFit:

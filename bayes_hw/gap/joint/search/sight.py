@@ -24,6 +24,8 @@ TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
 least; what follows the acceleration over what follows the speed: more in a twist, less in a friction."""
 
+FRICTION, FRICTION_LEAD = "friction", 15.0
+"""A label, and nats by which a law that looks at the speed of the axis must lead its own laws to be none."""
 
 TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
@@ -113,6 +115,12 @@ def is_hidden_friction(fit: JointFit) -> bool:
             if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
                 return True
     return False
+
+
+def stands_for_friction(fit: JointFit, lead: float) -> bool:
+    """Whether it is friction under another name, which leads friction's own law by `lead` nats only: through
+    free ports they are one curve, and what it looks at tells which."""
+    return lead < FRICTION_LEAD and is_hidden_friction(fit)
 
 
 def shares_of_motion(fit: JointFit, number: int) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
 from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
+from bayes_hw.gap.joint.search import sight
 from bayes_hw.identify.growth.levels import WHITE
 
 
@@ -91,9 +92,9 @@ def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest
     friction = base.with_effect(rub.form, (0.02,))
     band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
     other = base.with_effect(band, (0.1,))
-    likelihood = other.point.log_likelihood + given_rivals.FRICTION_LEAD + 20
+    likelihood = other.point.log_likelihood + sight.FRICTION_LEAD + 20
     better = replace(other, point=replace(other.point, log_likelihood=likelihood))
-    monkeypatch.setattr(given_rivals, "is_hidden_friction", lambda fit: fit in (other, better))
+    monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit in (other, better))
     for ends, left in (
         ({"friction": friction, "other": other}, {"friction"}),
         ({"friction": friction, "other": better}, {"friction", "other"}),

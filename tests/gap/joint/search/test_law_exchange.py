@@ -20,11 +20,12 @@ from joint_axis import (
 )
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.joint_forms import BY_TWIST
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import sight
-from bayes_hw.gap.joint.search.law_exchange import exchanged
+from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanged, exchanges, laws_of
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, share_following
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -57,13 +58,30 @@ def test_the_law_at_work_is_reached_from_another_one() -> None:
     assert best.log_likelihood > wrong.descended().log_likelihood
 
 
-def test_nothing_is_exchanged_without_one_law() -> None:
+def test_nothing_is_exchanged_without_a_law() -> None:
     response, values = response_with((), SAMPLES)
     plain = JointFit(response, evaluate(response, response.coordinates(values)))
     assert exchanged(plain) == []
-    two = JointValues(CASCADE, (RUB, some_effect(form("backlash", "dynamic"))))
-    response = replace(response, template=two.effects)
-    assert exchanged(JointFit(response, evaluate(response, response.coordinates(two)))) == []
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_law_beside_another_one_is_exchanged_too(first: bool) -> None:
+    """Whichever stands first, and though it is of a form that is looked for around a model alone."""
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    wrong = replace(RUB, form=band, values=np.array([0.02]))
+    spring = torque(form("cubic_stiffness"), (0.0,), 0.001)
+    both = (wrong, spring) if first else (spring, wrong)
+    response, values = response_with(both, SAMPLES)
+    seen = record(response.simulate(values, command(SAMPLES, 1)).y, 1)
+    response = replace(response, records=[seen])
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    laws = laws_of(fit)
+    assert laws == [0, 1]
+    with np.errstate(all="ignore"):
+        begun, found = exchanges(fit, laws[not first], EXCHANGED), exchanged(fit)
+    taken = [one.values.effects[laws[not first]].form for one in begun]
+    assert taken and band not in taken
+    assert any(band not in [e.form for e in one.values.effects] for one in found)
 
 
 @pytest.mark.parametrize("twist", [True, False])

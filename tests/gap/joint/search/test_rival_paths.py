@@ -12,12 +12,14 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search import sight
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
 from bayes_hw.gap.joint.search.rival_paths import (
     begun_anew,
     best_of_each_label,
     each_alone,
+    plainly_named,
     with_labels_exchanged,
 )
 from bayes_hw.identify.cascade import CascadeValues
@@ -121,3 +123,17 @@ def test_of_every_label_the_path_that_gains_most_stays_and_what_explains_nothing
     stuck = _path(records, ELSEWHERE, GAP)
     assert stuck.gained < gap.gained
     assert best_of_each_label([stuck, bare, rub, gap]) == [gap, rub]
+
+
+def test_friction_under_another_name_is_no_path_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless it leads friction's own law by far; where there is no friction it stays."""
+    records = measured((GAP,), SAMPLES, (1,))
+    rub, gap = _path(records, CASCADE, RUB), _path(records, CASCADE, GAP)
+    lead = gap.gained - rub.gained
+    assert lead > 0
+    monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit is not rub.fit)
+    monkeypatch.setattr(sight, "FRICTION_LEAD", lead + 1)
+    assert plainly_named([gap, rub]) == [rub]
+    assert plainly_named([gap]) == [gap]
+    monkeypatch.setattr(sight, "FRICTION_LEAD", lead - 1)
+    assert plainly_named([gap, rub]) == [gap, rub]
