@@ -71,8 +71,8 @@ def looks_beside_position(fit: JointFit) -> bool:
 
 
 def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
-    """The fit with the law of effect `number` exchanged for those of `forms` that give nearly the same torque,
-    the most alike first, not descended."""
+    """The fit with the law of effect `number` exchanged for those of `forms` that give nearly the same
+    torque, the most alike first, not descended."""
     old = _Old.of(fit, number)
     begun = [one for form in forms if form is not old.effect.form for one in old.exchanged_for(form)]
     begun = sorted((one for one in begun if one.alike > ALIKE), key=lambda one: -one.alike)

@@ -164,7 +164,8 @@ def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]
 
 
 def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Of every label the best that it or an exchange of another one's law reaches, friction by its own name."""
+    """Of every label the best that it or an exchange of another one's law reaches; friction by its own
+    name."""
     by_exchange = [
         replace(path, fit=as_seen(fit))
         for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True)

@@ -15,7 +15,6 @@ from joint_axis import (
     record,
     response_with,
     scale,
-    some_effect,
     torque,
 )
 
