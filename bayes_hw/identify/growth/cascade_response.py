@@ -30,8 +30,8 @@ from bayes_hw.identify.growth.sensitivity_kernel import (
 from bayes_hw.identify.holes import masks_of, with_holes
 from bayes_hw.record import Record
 
-CLIPPED_SAMPLES, CLIPPED_SHARE = 5, 1e-3
-"""Samples, or share of all, that a limit clips at least."""
+CLIPPED_SAMPLES = 1
+"""That a limit clips at least: behind an integrator what it takes off a command stays in the angle."""
 
 BLOCK_SAMPLES = 65_536
 """Samples that are linearised at a time: memory does not grow with a record."""
@@ -296,5 +296,4 @@ def _inverse(value: float) -> float:
 def outermost_limits(records: Sequence[Record]) -> tuple[float, float]:
     """Lower and upper limit that clip as few samples as a descent allows."""
     commands = np.sort(np.concatenate([record.u for record in records]))
-    beyond = max(CLIPPED_SAMPLES, int(CLIPPED_SHARE * len(commands)))
-    return min(float(commands[beyond]), 0.0), max(float(commands[-1 - beyond]), 0.0)
+    return min(float(commands[CLIPPED_SAMPLES]), 0.0), max(float(commands[-1 - CLIPPED_SAMPLES]), 0.0)
