@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.residuals.tone import Tone
 from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, Beginning, one_more
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
+from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput
 from bayes_hw.gap.joint.search.observer import observed
@@ -176,6 +177,7 @@ def _explained(
         told(f"{log_evidence(path.fit.score - base.score)}: {described(path.fit)}")
     with at_most(SEARCHED * seconds_left()):
         ended = each(lambda path: _followed(path, told), contenders)
+        ended = with_leading_grown_anew(ended, lambda path: _followed(path, told))
         cut_short = time_is_up()
     if any(path.fit.observer is not None for path in ended):
         # What one gains by its readings the others may gain as well, also where their noise asks for nothing.

@@ -88,7 +88,7 @@ def _over_the_g_of(
     its law looks at there may give it another name."""
     if path is best or path.begun_with not in path.fit.effect_labels:
         return None
-    trial = _begun_over(beside, path.begun_with)
+    trial = begun_over(beside, path.begun_with)
     if trial is None:
         return None
     fit = _with_all_it_asks(trial, best.base, told)
@@ -103,7 +103,7 @@ def _over_the_g_of(
     return other
 
 
-def _begun_over(beside: JointFit, label: str) -> JointFit | None:
+def begun_over(beside: JointFit, label: str) -> JointFit | None:
     """A label begun beside a fit by every form on its own, the best of them; None where no form begins."""
     forms = [form for form in FORMS if form.label == label and not form.further]
     begun = [one for form in forms for one in effect_candidates(beside, [form])[:1]]
@@ -119,7 +119,7 @@ def each_alone(path: FollowedPath, told: Callable[[str], None]) -> list[JointFit
     bare = path.fit
     for label in path.fit.labels:
         bare = bare.without(label)
-    begun = [one for one in each(partial(_begun_over, bare), labels) if one is not None]
+    begun = [one for one in each(partial(begun_over, bare), labels) if one is not None]
     near = [one for one in begun if one.score - path.base.score > NEAR * path.gained]
     alone = each(lambda one: as_seen(pruned(_with_all_it_asks(one, path.base, told))), near)
     for one in alone:
