@@ -48,6 +48,24 @@ def test_the_weights_of_a_known_axis_are_found_and_nothing_is_left() -> None:
     assert found.integrator_residue == pytest.approx(RESIDUE)
 
 
+def test_a_limit_that_no_command_reaches_takes_nothing_off_the_angle() -> None:
+    """Six commands stand out from all others, each farther; what a limit took off them would stay in the angle
+    of an integrator to the end of the record."""
+    noise, peaks = 1e-4, 1.0 + 0.05 * np.arange(6)
+    t = np.arange(400) / 20.0
+    u = 0.3 * np.sin(t)
+    u[30:150:20] = peaks
+    w = RESIDUE * np.concatenate([[0.0, 0.0], np.cumsum(u)[:-2]])
+    y = np.sign(w) * np.maximum(np.abs(w) - HALF_WIDTH, 0)
+    given = [Record("peaks", t, u, y, 20.0, Units())]
+    response = CascadeResponse(STRUCTURE, given)
+    outermost = response.outermost_limits
+    assert peaks[-2] <= outermost[1] < peaks[-1]
+    (left,) = response.residuals(response.coordinates(values(*outermost, residue=RESIDUE)))
+    assert np.abs(left).max() < 0.1 * RESIDUE
+    assert np.abs(left).max() > noise
+
+
 @pytest.mark.parametrize("sides", [(True, False), (False, True), (True, True)])
 def test_a_limit_that_clips_nothing_is_begun_near_the_true_one(sides: tuple[bool, bool]) -> None:
     given = records(0.001)

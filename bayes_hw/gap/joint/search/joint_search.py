@@ -287,7 +287,8 @@ def _contenders(
         contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
     every = (*trials, *settled, *same)
-    return contenders, {t.labels[-1]: t for t in sorted(every, key=lambda t: t.score)}
+    finite = [t for t in every if np.isfinite(t.score)]
+    return contenders, {t.labels[-1]: t for t in sorted(finite, key=lambda t: t.score)}
 
 
 def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:

@@ -155,9 +155,11 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
     readings: Any = SimpleNamespace(nats={"timing_jitter": 90.0})
     begun = FollowedPath(plain, plain, readings)
     trials = [trial(leader, 96.0), trial("rate_limit", 34.0), trial("gain_drift", 30.0)]
+    trials.append(trial("cubic_stiffness", -np.inf))
     monkeypatch.setattr(joint_search, "_settled", lambda *_: trials)
     monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
     monkeypatch.setattr(joint_search, "finer", lambda one: one)
     monkeypatch.setattr(joint_search, "corrected", lambda one, _: one)
-    contenders, _ = joint_search._contenders(begun, trials, joint_search.silent)
+    contenders, alone = joint_search._contenders(begun, trials, joint_search.silent)
     assert [path.begun_with for path in contenders] == followed
+    assert set(alone) == {leader, "rate_limit", "gain_drift"}, "one that runs away is no rival"
