@@ -46,6 +46,10 @@ class Member:
     chosen: bool
 
 
+LEAST_SAID = 1e-3
+"""A weight that is said: one of a structure with poles that the weights frown at says nothing of it."""
+
+
 @dataclass(frozen=True)
 class StructurePool:
     """The heaviest structures; weights exp(log-likelihood - parameters) of all that were visited, their sum
@@ -64,13 +68,14 @@ class StructurePool:
         one = self.chosen
         said = (
             f"{self.visited} structures of G were fitted; the one of order {one.order} with a delay of "
-            f"{one.delay_samples} samples is taken, which holds {in_percent(one.weight)} of their weights"
+            f"{one.delay_samples} samples is taken"
         )
         heaviest = self.members[0]
+        if one.weight >= LEAST_SAID:
+            said += f", which holds {in_percent(one.weight)} of their weights"
         if not heaviest.chosen:
-            said += (
-                f" (order {heaviest.order}, delay {heaviest.delay_samples}: {in_percent(heaviest.weight)})"
-            )
+            share = in_percent(heaviest.weight)
+            said += f" (most weight, {share}, has order {heaviest.order}, delay {heaviest.delay_samples})"
         if one.slow_poles_added:
             said += (
                 f"; {one.slow_poles_added} slow real poles in it are kept because the evidence cannot "

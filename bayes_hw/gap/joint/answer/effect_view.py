@@ -67,7 +67,7 @@ def _torque(seen: Seen, label: str) -> EffectView:
 
 def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[str, float, str]:
     """Name, factor and unit of a law's signal."""
-    return {
+    name, factor, unit = {
         K.BASE_COMMAND: ("speed of the motor", 1.0, command),
         K.BASE_SPEED: ("speed of the load", rate, f"{output}/s"),
         K.BASE_TWIST: ("twist, as the acceleration that it gives", rate**2, f"{output}/s^2"),
@@ -75,6 +75,9 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
         K.BASE_POSITION: ("position", 1.0, output),
         K.BASE_MOTOR: ("position of the motor", 1.0, output),
     }[effect.form.base]  # fmt: skip
+    if effect.looks_at_states:
+        name = f"a motion of its own, in units of the {name}"
+    return name, factor, unit
 
 
 def _without(seen: Seen, number: int) -> list[Simulated]:
