@@ -76,7 +76,7 @@ def _abscissa(effect: Effect, output: str, command: str, rate: float) -> tuple[s
         K.BASE_MOTOR: ("position of the motor", 1.0, output),
     }[effect.form.base]  # fmt: skip
     if effect.looks_at_states:
-        name = f"a motion of its own, in units of the {name}"
+        name = f"motion of its own, as a {name.replace(',', '').split()[0]}"
     return name, factor, unit
 
 
