@@ -18,7 +18,8 @@ from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, B
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
-from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone, likelier_cause
+from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
+from bayes_hw.gap.joint.search.judged import judged
 from bayes_hw.gap.joint.search.known_input import KnownInput
 from bayes_hw.gap.joint.search.observer import observed
 from bayes_hw.gap.joint.search.period_anew import with_period_anew
@@ -33,7 +34,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     with_what_it_asks,
 )
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
-from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of, verified
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
@@ -190,32 +191,24 @@ def _explained(
     leading = max(ended, key=lambda path: path.gained, default=begun)
     best, stand_ins = with_labels_exchanged(leading, told)
     ended = [best if path is leading else path for path in ended]
-    instead = [path for path in ended if path is best or path.is_without(best)]
     others = [*alone.values(), *each_alone(best, told)]
-    fit, nats = verified(best.fit, best.base, others, best.readings, told)
-    instead = [path for path in instead if path is not best or path.begun_with in fit.labels]
-    ends = {p.begun_with: p for p in sorted(instead, key=lambda p: p.gained) if p.fit.labels}
-    best = replace(best, fit=fit)
-    if fit.response.cause is not None:
-        likelier, lead, fits = likelier_cause(best.fit, whole)
-        told(f"{likelier.added[-1]} leads by {log_evidence(lead)}")
-        caused = [replace(best, fit=one) for one in fits]
-        best = replace(best, fit=likelier)
-        for one in caused:
-            label, leads = one.fit.added[-1], one.fit is likelier
-            ends[label] = one if leads else max(one, ends.get(label, one), key=lambda p: p.gained)
-        more = best.fit.score - fit.score
-        named = dict(zip(fit.labels, best.fit.labels, strict=True))
-        nats = {named[label]: value + more for label, value in nats.items()}
-        rivals |= {label: end.gained for label, end in ends.items()}
-        rivals |= {one.fit.added[-1]: best.gained - lead for one in caused if one.fit is not likelier}
-    else:
-        rivals |= {label: end.gained for label, end in ends.items()}
+    ended = ended or [begun]
+    ones = judged(ended, others, whole, told)
+    origin = max(ones, key=lambda path: ones[path].path.gained)
+    found = ones[origin]
+    best = found.path
+    instead = [p for p in ended if p is origin or p.is_without(origin)]
+    as_judged = [ones[path].path if path in ones else path for path in instead]
+    ends = {p.begun_with: p for p in sorted(as_judged, key=lambda p: p.gained) if p.fit.labels}
+    for one in found.caused:
+        label = one.fit.added[-1]
+        ends[label] = one if one is best else max(one, ends.get(label, one), key=lambda p: p.gained)
+    rivals |= {label: end.gained for label, end in ends.items()} | dict(found.less_likely)
     last = {label: end.fit for label, end in ends.items()}
     left = remainder_of(best.fit)
     cut_short = cut_short or time_is_up()
     return JointAnswer(
-        best.fit, best.base, nats, rivals, best.readings, left, ends=last, cut_short=cut_short,
+        best.fit, best.base, found.nats, rivals, best.readings, left, ends=last, cut_short=cut_short,
         stand_ins=stand_ins if set(best.fit.labels) >= set(stand_ins) else {},
     )  # fmt: skip
 
