@@ -121,6 +121,16 @@ def _by_twist(form: Form, label: str, kind: str) -> Form:
     return replace(form, label=label, name=f"{kind} by {form.name}", slots=slots, further=True)
 
 
+def _as_shape(form: Form) -> Form:
+    """A ripple's law where what it looks at shows no period."""
+
+    def slots(scale: JointScale) -> tuple[Slot, ...]:
+        return tuple(replace(slot, name=f"shape_{slot.name}") for slot in form.slots(scale))
+
+    name = f"torque over position, part of a wave {form.name}".rstrip()
+    return replace(form, label="other", name=name, slots=slots, further=True, otherwise=None)
+
+
 def _rate(row: int, name: str) -> Form:
     return Form(
         "rate_limit", name, "input",
@@ -217,6 +227,15 @@ _FRICTIONS: tuple[Form, ...] = tuple(
     for place, base in (("motor", K.BASE_COMMAND), ("load", K.BASE_SPEED))
     for make in (_coulomb, _presliding, _stribeck)
 )
+_RIPPLES: tuple[Form, ...] = (
+    _ripple("torque_ripple", "", turning_periods, period_wavenumber),
+    _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
+    _second_harmonic(K.BASE_POSITION, ""),
+    _second_harmonic(K.BASE_MOTOR, " of the motor"),
+)
+AS_SHAPE: dict[Form, Form] = {form: _as_shape(form) for form in _RIPPLES}
+"""Ripples, and the same where the motion that they look at does not go through a period often enough."""
+
 _HYSTERESIS = Form(
     "other", "hysteresis of the spring", "law",
     lambda s: (Slot(0, "yield", True, 0.003 * s.twist, 10 * s.twist),),
@@ -290,10 +309,8 @@ FORMS: tuple[Form, ...] = (
     *BY_TWIST.values(),
     *REMEMBERING.values(),
     *AT_ONCE.values(),
-    _ripple("torque_ripple", "", turning_periods, period_wavenumber),
-    _ripple("torque_ripple", "of the motor", _motor_periods, period_wavenumber, K.BASE_MOTOR),
-    _second_harmonic(K.BASE_POSITION, ""),
-    _second_harmonic(K.BASE_MOTOR, " of the motor"),
+    *_RIPPLES,
+    *AS_SHAPE.values(),
     _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),
     _oval(),
     Form(

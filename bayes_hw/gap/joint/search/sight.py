@@ -3,7 +3,7 @@
 Through free ports friction and contact in a gap are one law over different signals. Friction follows the
 speed of the axis; the twist of the drive is the torque that it passes on, which accelerates the load. And a
 torque accelerates: a friction that moves the reading at once and no further is lost motion between the axis
-and its encoder.
+and its encoder. A ripple repeats within the motion that it looks at.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.joint_forms import AT_ONCE, BY_TWIST, REMEMBERING
+from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, AT_ONCE, BY_TWIST, REMEMBERING, TURNS_SEEN
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.cascade_roots import section_poles
@@ -38,8 +38,8 @@ LASTING = 0.5
 
 
 def named_by_sight(fit: AnyFit) -> AnyFit:
-    """The fit with laws that look at a twist, and those that accelerate nothing, under the name of what does
-    so; nothing else changes."""
+    """The fit with laws that look at a twist, those that accelerate nothing, and ripples that do not repeat,
+    under the name of what does so; nothing else changes."""
     effects = list(fit.values.effects)
     for number, effect in enumerate(effects):
         if effect.form in BY_TWIST and sees_twist(fit, number):
@@ -47,9 +47,20 @@ def named_by_sight(fit: AnyFit) -> AnyFit:
             effects[number] = replace(effect, form=(REMEMBERING if adds else BY_TWIST)[effect.form])
         elif effect.form in AT_ONCE and not accelerates(fit, number):
             effects[number] = replace(effect, form=AT_ONCE[effect.form])
+        elif effect.form in AS_SHAPE and turns_seen(fit, number) < TURNS_SEEN:
+            effects[number] = replace(effect, form=AS_SHAPE[effect.form])
     if all(new.form is old.form for new, old in zip(effects, fit.values.effects, strict=True)):
         return fit
     return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)
+
+
+def turns_seen(fit: JointFit, number: int) -> float:
+    """Periods of the ripple that is effect `number` that the motion it looks at goes through in a record, at
+    most: its own motion may go less far than the reading."""
+    effect, row = fit.values.effects[number], fit.values.law_row(number)
+    runs = [fit.response.along(fit.values, record) for record in range(len(fit.response.records))]
+    travel = max(float(np.ptp(run.signals[row])) for run in runs)
+    return travel * float(effect.values[0]) / (2 * np.pi)
 
 
 def accelerates(fit: JointFit, number: int) -> bool:
