@@ -9,6 +9,7 @@ import numpy as np
 
 from bayes_hw.gap.joint.fit.base_cascade import grown_base
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
+from bayes_hw.gap.joint.fit.other_cascades import with_pole
 from bayes_hw.gap.joint.fit.structure_moves import regrown
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_faults, weighted
@@ -20,6 +21,7 @@ from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
+from bayes_hw.identify.cascade_roots import section_poles
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
@@ -36,6 +38,9 @@ TRACE = 0.03
 
 SHOWN = 0.2
 """Of those nats, from which the best label shows what it is by itself."""
+
+LASTING = 0.2
+"""Share of the longest record that a pole remembers which lasts."""
 
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
@@ -117,17 +122,36 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 
 
 def _first_labels(base: JointFit) -> list[JointFit]:
-    """The best explanations by one label; where they leave most of what noise of high order holds also by
-    laws that look at the states of G from the first step on: what such a law does shows to no step that
-    begins without them, if G stands in for much of it."""
+    """The best explanations by one label. Where noise of high order is left, also over G with a pole that
+    lasts, if it has none: torques may move the axis for good where commands do not. Where they leave most of
+    what such noise holds also by laws that look at the states of G from the first step on: what such a law
+    does shows to no step that begins without them, if G stands in for much of it."""
     found = one_more(base)
-    gained = max((trial.score - base.score for trial in found), default=0.0)
-    if not leaves_a_cause(base) or gained > SHOWN * coloured_nats(base):
+    if not leaves_a_cause(base):
         return found
+    over = base
+    for lasting in with_lasting_pole(base):
+        further = one_more(lasting)
+        over = lasting if highest([*found, *further]) in further else base
+        found += further
+    gained = max((trial.score - base.score for trial in found), default=0.0)
+    if gained <= SHOWN * coloured_nats(base):
+        found += every_law(over)
     best: dict[str, JointFit] = {}
-    for trial in sorted((*found, *every_law(base)), key=lambda t: -t.score):
+    for trial in sorted(found, key=lambda t: -t.score):
         best.setdefault(trial.labels[-1], trial)
     return list(best.values())
+
+
+def with_lasting_pole(fit: JointFit) -> list[JointFit]:
+    """With one more real pole, of no weight yet, that remembers as long as the records last, where G has none
+    that remembers LASTING of that. An integrator is none: no torque enters it, as behind a loop with integral
+    action none moves the axis for good; without such action torques do."""
+    cascade, samples = fit.values.cascade, fit.response.scale.samples
+    radii = [float(abs(pole)) for a1, a2 in cascade.sections[:2].T for pole in section_poles(a1, a2)]
+    if max([*cascade.real[0], *radii], default=0.0) > np.exp(-1 / (LASTING * samples)):
+        return []
+    return [with_pole(fit, float(np.exp(-1 / samples)))]
 
 
 def one_more(fit: JointFit) -> list[JointFit]:
