@@ -49,8 +49,8 @@ def test_the_weights_of_a_known_axis_are_found_and_nothing_is_left() -> None:
 
 
 def test_a_limit_that_no_command_reaches_takes_nothing_off_the_angle() -> None:
-    """Six commands stand out from all others, each farther; what a limit took off them would stay in the angle
-    of an integrator to the end of the record."""
+    """Six commands stand out from all others, each farther; what a limit took off them would stay in the
+    angle of an integrator to the end of the record."""
     noise, peaks = 1e-4, 1.0 + 0.05 * np.arange(6)
     t = np.arange(400) / 20.0
     u = 0.3 * np.sin(t)

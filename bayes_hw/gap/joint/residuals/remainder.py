@@ -36,7 +36,7 @@ def _gained(parts: Sequence[FloatArray]) -> float:
     return 0.5 * (together - apart) - 0.5 * (len(parts) - 1) - 0.5 * float(np.log(max(len(whole), 2)))
 
 
-COLOURED_NATS = 60.0
+COLOURED_NATS = 40.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
 
 LONGEST_MEMORY, LONGEST_MEMORY_S = 0.95, 1.0

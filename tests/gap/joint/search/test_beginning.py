@@ -5,13 +5,25 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
+from joint_axis import response_with
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.other_cascades import with_pole
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.residuals.tone import Tone
+from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.search import beginning
-from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE, SHOWN, TRACE, Beginning
+from bayes_hw.gap.joint.search.beginning import (
+    FOLLOWED_SHARE,
+    LASTING,
+    SHOWN,
+    TRACE,
+    Beginning,
+    with_lasting_pole,
+)
+from bayes_hw.identify.growth.descent import Point, evaluate
 
 BASE = 100.0
 
@@ -67,7 +79,48 @@ def test_laws_over_the_states_are_begun_where_labels_leave_most(
     at_first = [_fit(30.0), _fit(10.0, "wind"), _fit(5.0, label="backlash")]
     laws = [_fit(20.0), _fit(400.0, label="backlash")]
     monkeypatch.setattr(beginning, "one_more", lambda _: list(at_first))
+    monkeypatch.setattr(beginning, "with_lasting_pole", lambda _: [])
     monkeypatch.setattr(beginning, "every_law", lambda _: list(laws))
     found = beginning._first_labels(_fit(0.0, colour=colour))
     expected = [laws[1], at_first[0], at_first[1]] if asked else at_first
     assert [id(fit) for fit in found] == [id(fit) for fit in expected]
+
+
+@pytest.mark.parametrize("seen", [0.5, 2.0])
+def test_a_pole_that_lasts_is_lent_where_torques_reach_none(seen: float) -> None:
+    """One more that changes nothing yet; none where G has one that remembers as long."""
+    fit = JointFit(*_bare(600))
+    assert fit.structure.integrator, "no torque enters it"
+    (lasting,) = with_lasting_pole(fit)
+    assert lasting.structure.real_poles == 1
+    assert lasting.values.cascade.real[0, 0] == pytest.approx(np.exp(-1 / 600))
+    assert lasting.point.rms == pytest.approx(fit.point.rms)
+    memory = np.exp(-1 / (seen * LASTING * 600))
+    assert bool(with_lasting_pole(with_pole(fit, memory))) is (seen < 1)
+
+
+@pytest.mark.parametrize("leads", [True, False])
+def test_labels_begin_over_a_pole_that_lasts_too(leads: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laws that look at states of G are begun over the G over which a label does best; without colour
+    nothing is begun over the longer one."""
+    base, lasting = _fit(0.0, colour=1000.0), _fit(0.0)
+    plain, over = [_fit(30.0), _fit(20.0, label="backlash")], [_fit(40.0 if leads else 25.0)]
+    asked: list[JointFit] = []
+    monkeypatch.setattr(beginning, "with_lasting_pole", lambda _: [lasting])
+    monkeypatch.setattr(beginning, "one_more", lambda fit: list(over if fit is lasting else plain))
+
+    def laws(fit: JointFit) -> list[JointFit]:
+        asked.append(fit)
+        return []
+
+    monkeypatch.setattr(beginning, "every_law", laws)
+    found = beginning._first_labels(base)
+    assert found == ([over[0], plain[1]] if leads else plain)
+    assert asked == [lasting if leads else base]
+    assert beginning._first_labels(_fit(0.0)) == plain
+
+
+def _bare(samples: int) -> tuple[JointResponse, Point]:
+    """The axis without effects at its true values, on a record of nothing."""
+    response, values = response_with((), samples)
+    return response, evaluate(response, response.coordinates(values))

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import command, form, response_with, some_effect, torque
+from joint_axis import command, form, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
+from bayes_hw.gap.joint.forms.joint_forms import TURNS_SEEN
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import sight
@@ -20,6 +21,7 @@ from bayes_hw.gap.joint.search.sight import (
     named_by_sight,
     sees_twist,
     takes_away,
+    turns_seen,
 )
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -151,3 +153,21 @@ def test_a_friction_that_accelerates_nothing_does_what_a_play_does() -> None:
     rubbed = fit.response.simulate(fit.values, command(400, 1)).y
     played, plain = (response.simulate(v, command(400, 1)).y for v in (values, replace(values, effects=())))
     assert np.abs(rubbed - played).max() < 0.15 * np.abs(plain - played).max()
+
+
+@pytest.mark.parametrize("name", ["", "of the motor", "two harmonics of the motor"])
+@pytest.mark.parametrize("turns", [1.2, 1.8])
+def test_a_ripple_that_does_not_repeat_in_what_it_looks_at_is_a_shape(name: str, turns: float) -> None:
+    """Its own motion goes less far than the reading; law and numbers stay."""
+    ripple = form("torque_ripple", name)
+    effect = torque(ripple, ripple.starts(scale(400))[0], 1e-9)
+    fit = fit_with(effect)
+    travel = turns_seen(fit, 0) / effect.values[0]
+    wavenumber = effect.values.copy()
+    wavenumber[0] = turns / travel
+    fit = fit_with(replace(effect, values=wavenumber))
+    assert turns_seen(fit, 0) == pytest.approx(turns, rel=0.05)
+    named = named_by_sight(fit)
+    assert named.labels == ("torque_ripple" if turns > TURNS_SEEN else "other",)
+    np.testing.assert_array_equal(named.point.coordinates, fit.point.coordinates)
+    assert named_by_sight(named) is named
