@@ -186,7 +186,7 @@ def _explained(
     ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
     if len(ended) > 1:
         ended = begun_anew(ended, told)
-    ended = with_exchanged_laws(ended, told)
+    ended = with_exchanged_laws(ended, [*alone.values()], told)
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     leading = max(ended, key=lambda path: path.gained, default=begun)
     best, stand_ins = with_labels_exchanged(leading, told)

@@ -15,11 +15,14 @@ from typing import cast
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, raced
+from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
+from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
-from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
+from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
+from bayes_hw.gap.joint.response.effect_paths import port_columns
+from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search.motion import Motion
 from bayes_hw.time_budget import time_is_up
 
 PERIODIC = (K.RIPPLE, K.MODULATED)
@@ -27,9 +30,6 @@ EXCHANGED: tuple[Form, ...] = tuple(
     form for form in FORMS if form.is_law and not form.further and form.law not in PERIODIC
 )
 """Laws that are not periodic in position."""
-
-SIZES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-"""Standard deviations of what a law looks at, in units of where it bends."""
 
 ALIKE = 0.9
 """Correlation of the torques from which an exchange is tried, and how many are."""
@@ -58,6 +58,58 @@ def exchanged(fit: JointFit) -> list[JointFit]:
     return found
 
 
+def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFit]:
+    """The fit with one of its laws left out, and laws of other labels begun over the motion that it looked
+    at, each descended; any of those that are `known` may do better than a descent without that law.
+
+    Laws that bend (a gap, a torque limit, a stiffening spring) are one another but for a part that is linear
+    in what they look at, which a loop through G is as well: beside the G that was fitted with one of them
+    another one is far off. Beside the G that was fitted without it the linear part of any is in G, and what a
+    law promises there (`NoiseScreen`) is what it bends.
+    """
+    order = min(fit.noise_order, 1)
+    found: list[JointFit] = []
+    for number in laws_of(fit):
+        if not time_is_up():
+            begun = _over_the_motion(fit, number, known)
+            found += raced([one.descended_under(order, FIRST_STEPS) for one in begun])
+    return found
+
+
+def _over_the_motion(fit: JointFit, number: int, known: Sequence[JointFit]) -> list[JointFit]:
+    """Without the law of effect `number`, G descended, with those of other labels that promise most over the
+    motion that it looked at, of no strength yet."""
+    label = fit.values.effects[number].form.label
+    rest = fit.without(label).descended()
+    same = [
+        one for one in known if one.labels == rest.labels and one.response.weights is fit.response.weights
+    ]
+    rest = highest([rest, *same])
+    motion, noises = replace(Motion.of(fit, number), fit=rest), noise_screens(rest)
+    weights = rest.response.weights
+    slopes = [rest.response.along(rest.values, i).slope for i in range(len(rest.response.records))]
+    if weights is not None:
+        slopes = [slope / weight for slope, weight in zip(slopes, weights, strict=True)]
+    promising: list[tuple[float, Effect]] = []
+    for form in (f for f in EXCHANGED if f.label not in (label, *rest.labels)):
+        laws = motion.laws(form)
+        columns = [
+            port_columns(rest.values, torques) * slope
+            for torques, slope in zip(motion.beside(laws)[1], slopes, strict=True)
+        ]
+        gains = np.max([noise.gains(columns) for noise in noises], axis=0)
+        best = int(np.argmax(gains))
+        promising.append((float(gains[best]), laws[best]))
+    chosen = sorted(promising, key=lambda one: -one[0])[:MOST_TRIED]
+    return [
+        rest.moved(
+            rest.structure, JointValues(rest.values.cascade, (*rest.values.effects, law)), rest.point.whitener
+        )
+        for gain, law in chosen
+        if gain > 0
+    ]
+
+
 def laws_of(fit: JointFit) -> list[int]:
     """Numbers of its effects that are laws of their own and not periodic in position."""
     effects = enumerate(fit.values.effects)
@@ -81,66 +133,32 @@ def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
 
 @dataclass(frozen=True, eq=False)
 class _Old:
-    """The effect in its place of a fit, with what it looked at and its torque (samples of all records,)."""
+    """An effect in its place of a fit, with what it looked at and its torque (samples of all records,)."""
 
-    fit: JointFit
+    motion: Motion
     number: int
-    effect: Effect
-    signal: FloatArray
     torque: FloatArray
 
     @classmethod
     def of(cls, fit: JointFit, number: int) -> _Old:
-        runs = [fit.response.along(fit.values, i) for i in range(len(fit.response.records))]
         row = fit.values.law_row(number)
-        signal = np.concatenate([run.signals[row] for run in runs])
-        torque = np.concatenate([run.torques[row] for run in runs])
-        return cls(fit, number, fit.values.effects[number], signal, torque)
+        runs = (fit.response.along(fit.values, record) for record in range(len(fit.response.records)))
+        return cls(Motion.of(fit, number), number, np.concatenate([run.torques[row] for run in runs]))
+
+    @property
+    def effect(self) -> Effect:
+        return self.motion.fit.values.effects[self.number]
 
     def exchanged_for(self, form: Form) -> list[_Begun]:
         """The most alike of the form's starts; none where every one of them rests."""
-        seen, _ = self._beside([Effect(form, np.array(form.starts(self._scale)[0]), p) for p in self._units])
-        states = seen[1:] - seen[0]
-        gram = states @ states.T
-        gram += 1e-12 * np.trace(gram) * np.eye(len(gram))
-        found = []
-        for start in form.starts(self._scale):
-            bends = start[0] if any(slot.row == 0 for slot in form.slots(self._scale)) else None
-            unit = form.unit_of_signal(self._scale) if bends is None else bends
-            for size in SIZES:
-                wanted = self.signal / np.std(self.signal) * size * unit
-                weights = np.linalg.solve(gram, states @ (wanted - seen[0]))
-                found.append(Effect(form, np.array(start, dtype=np.float64), self._looking(weights)))
-        _, torques = self._beside(found)
+        found = self.motion.laws(form)
+        torques = np.concatenate(self.motion.beside(found)[1], axis=1)
         products, powers = torques @ self.torque, np.sum(torques**2, axis=1)
         alike = np.abs(products) / np.sqrt(np.maximum(powers, 1e-300) * float(self.torque @ self.torque))
         best = int(np.argmax(np.where(np.isfinite(alike), alike, 0.0)))
         if not powers[best] > 0:
             return []
         return [_Begun(float(alike[best]), self._with(found[best], float(products[best] / powers[best])))]
-
-    @property
-    def _scale(self) -> JointScale:
-        return self.fit.response.scale
-
-    @property
-    def _units(self) -> list[Ports]:
-        """Of ports that look at nothing, and at one state of G each."""
-        size = self.fit.structure.real_poles + 2 * self.fit.structure.sections
-        return [self._looking(weights) for weights in np.concatenate([np.zeros((1, size)), np.eye(size)])]
-
-    def _looking(self, weights: FloatArray) -> Ports:
-        """A port through which nothing enters, looking at the states of G with `weights` (states,)."""
-        s = self.fit.structure
-        seen = weights[s.real_poles :].reshape(2, s.sections)
-        nothing = Ports.none(s.real_poles, s.sections)
-        return replace(nothing, signal_real=weights[: s.real_poles], signal_sections=seen, signal=True)
-
-    def _beside(self, laws: Sequence[Effect]) -> tuple[FloatArray, FloatArray]:
-        """What laws look at through which nothing enters the fit, and their torques, (laws, samples) each."""
-        runs = self.fit.response.beside(self.fit.values, laws)
-        signals = np.concatenate([run.signals[-len(laws) :] for run in runs], axis=1)
-        return signals, np.concatenate([run.torques[-len(laws) :] for run in runs], axis=1)
 
     def _with(self, law: Effect, strength: float) -> JointFit:
         """The fit with `law` in the old one's place, of this strength through the old one's port."""
@@ -152,7 +170,7 @@ class _Old:
             sections=strength * entered.sections,
             direct=entered.direct * np.array([strength, 1.0]),
         )
-        effects = list(self.fit.values.effects)
+        fit = self.motion.fit
+        effects = list(fit.values.effects)
         effects[self.number] = replace(law, ports=ports)
-        values = JointValues(self.fit.values.cascade, tuple(effects))
-        return self.fit.moved(self.fit.structure, values, self.fit.point.whitener)
+        return fit.moved(fit.structure, JointValues(fit.values.cascade, tuple(effects)), fit.point.whitener)

@@ -16,7 +16,7 @@ from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
-from bayes_hw.gap.joint.search.law_exchange import exchanged
+from bayes_hw.gap.joint.search.law_exchange import begun_in_its_place, exchanged
 from bayes_hw.gap.joint.search.sight import FRICTION, is_hidden_friction, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, structural, within_sample
 from bayes_hw.phrases import log_evidence
@@ -163,12 +163,22 @@ def _with_all_it_asks(fit: JointFit, base: JointFit, told: Callable[[str], None]
     return within_sample(with_what_it_asks(fit, base, told))
 
 
-def with_exchanged_laws(paths: Sequence[FollowedPath], told: Callable[[str], None]) -> list[FollowedPath]:
-    """Of every label the best that it or an exchange of another one's law reaches; friction by its own
-    name."""
+def with_exchanged_laws(
+    paths: Sequence[FollowedPath], known: Sequence[JointFit], told: Callable[[str], None]
+) -> list[FollowedPath]:
+    """Of every label the best that it or an exchange of another one's law reaches, or one begun in the place
+    of the leading one's, without which any of those that are `known` may be best; friction by its own name.
+    """
+    leading = max(paths, key=lambda path: path.gained, default=None)
+
+    def others(path: FollowedPath) -> list[JointFit]:
+        return exchanged(path.fit) + (
+            begun_in_its_place(path.fit, [path.base, *known]) if path is leading else []
+        )
+
     by_exchange = [
         replace(path, fit=as_seen(fit))
-        for path, fits in zip(paths, each(lambda path: exchanged(path.fit), paths), strict=True)
+        for path, fits in zip(paths, each(others, paths), strict=True)
         for fit in fits
         if np.isfinite(fit.score) and not is_hidden_friction(fit)
     ]
