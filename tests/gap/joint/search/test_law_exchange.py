@@ -12,6 +12,7 @@ from joint_axis import (
     STRUCTURE,
     command,
     form,
+    measured,
     record,
     response_with,
     scale,
@@ -24,7 +25,13 @@ from bayes_hw.gap.joint.forms.joint_forms import BY_TWIST
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import sight
-from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, exchanged, exchanges, laws_of
+from bayes_hw.gap.joint.search.law_exchange import (
+    EXCHANGED,
+    begun_in_its_place,
+    exchanged,
+    exchanges,
+    laws_of,
+)
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, share_following
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -127,3 +134,24 @@ def test_shares_of_motion() -> None:
     one, other = rng.standard_normal((2, 4000))
     assert share_following(2 * one + other, one) == pytest.approx(0.8, abs=0.03)
     assert share_following(one, np.zeros(4000)) == 0.0
+
+
+def test_in_the_place_of_a_law_that_bends_another_begins_beside_the_g_without_it() -> None:
+    """Contact in a gap, explained by a spring that stiffens over the same motion: beside the axis without
+    either the gap is found."""
+    gap = torque(form("backlash", "dynamic"), (5e-5,), 1.5e-4, 1e-5)
+    records = measured((gap,), SAMPLES, (1, 2))
+
+    def explained(effects: tuple[Effect, ...]) -> JointFit:
+        response = JointResponse(STRUCTURE, effects, records, scale(SAMPLES))
+        fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, effects))))
+        return fit.descended()
+
+    with np.errstate(all="ignore"):
+        bare, true = explained(()), explained((gap,))
+        wrong = explained((torque(form("cubic_stiffness"), (0.0,), 1e-6, 1e-5),))
+        found = begun_in_its_place(wrong, [bare])
+    assert true.score > max(wrong.score, bare.score) + 40
+    best = max(found, key=lambda one: one.score)
+    assert named_by_sight(best).labels == ("backlash",)
+    assert best.score > true.score - 10
