@@ -132,8 +132,8 @@ def _first_labels(base: JointFit) -> list[JointFit]:
     over = base
     for lasting in with_lasting_pole(base):
         further = one_more(lasting)
-        over = lasting if highest([*found, *further]) in further else base
         found += further
+        over = lasting if found and highest(found) in further else base
     gained = max((trial.score - base.score for trial in found), default=0.0)
     if gained <= SHOWN * coloured_nats(base):
         found += every_law(over)
