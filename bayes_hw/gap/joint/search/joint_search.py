@@ -186,13 +186,12 @@ def _explained(
     ended = [replace(path, fit=as_seen(path.fit)) for path in ended]
     if len(ended) > 1:
         ended = begun_anew(ended, told)
-    ended = with_exchanged_laws(ended, [*alone.values()], told)
+    ended = with_exchanged_laws(ended, list(alone.values()), told)
     ended = each(lambda path: replace(path, fit=with_period_anew(path.fit)), ended)
     leading = max(ended, key=lambda path: path.gained, default=begun)
-    best, stand_ins = with_labels_exchanged(leading, told)
-    ended = [best if path is leading else path for path in ended]
-    others = [*alone.values(), *each_alone(best, told)]
-    ended = ended or [begun]
+    led, stand_ins = with_labels_exchanged(leading, told)
+    others = [*alone.values(), *each_alone(led, told)]
+    ended = [led if path is leading else path for path in ended] or [begun]
     ones = judged(ended, others, whole, told)
     origin = max(ones, key=lambda path: ones[path].path.gained)
     found = ones[origin]
@@ -209,7 +208,7 @@ def _explained(
     cut_short = cut_short or time_is_up()
     return JointAnswer(
         best.fit, best.base, found.nats, rivals, best.readings, left, ends=last, cut_short=cut_short,
-        stand_ins=stand_ins if set(best.fit.labels) >= set(stand_ins) else {},
+        stand_ins=stand_ins if origin is led and set(best.fit.labels) >= set(stand_ins) else {},
     )  # fmt: skip
 
 
