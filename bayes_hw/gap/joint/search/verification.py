@@ -10,7 +10,7 @@ from bayes_hw.crew import each
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.structure_moves import regrown
 from bayes_hw.gap.joint.residuals.readings import Readings
-from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause
+from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
 from bayes_hw.phrases import log_evidence
 
 VERIFIED_NATS = 25.0
@@ -47,8 +47,8 @@ def verified(
 
     The `base` has none; any of the `others`, of the labels that are left and under the same weights, may do
     better than that. A label without which the noise has a cause that nothing names is held against that
-    cause, not against nothing: it stays where it is likelier. In observer form the readings themselves follow
-    that cause, and the last label must be worth more than their following is.
+    cause, not against nothing: what it takes away of the colour counts for it. In observer form the readings
+    themselves follow that cause, and the last label must be worth more than their following is.
     """
     known = [base, *others]
     bare = [one for one in known if not one.labels and one.observer is None]
@@ -68,7 +68,7 @@ def verified(
         if fit.observer is not None and len(fit.labels) == 1:
             asked = max(asked, alternatives[weakest].score - highest(bare).score)
         if fit.observer is None and leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
-            asked = 0.0
+            asked = max(asked - coloured_nats(alternatives[weakest]) + coloured_nats(fit), 0.0)
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]

@@ -12,21 +12,25 @@ from bayes_hw.gap.joint.search import verification
 from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS, VERIFIED_NATS, asked_of
 
 
-@pytest.mark.parametrize("unnamed", [True, False])
+@pytest.mark.parametrize(
+    ("without", "beside", "kept"), [(100.0, 0.0, True), (20.0, 0.0, False), (41.0, 39.0, False)]
+)
 def test_a_label_is_held_against_what_would_be_said_without_it(
-    unnamed: bool, monkeypatch: pytest.MonkeyPatch
+    without: float, beside: float, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A few nats over a cause without a name keep it; over nothing at all they do not."""
+    """A few nats over a cause without a name keep one that takes the colour away; over nothing at all they do
+    not, nor where the colour stays but for a trace."""
     fit: Any = SimpleNamespace(labels=("wind",), noise_order=1, score=117.0, observer=None)
     plain: Any = SimpleNamespace(labels=(), noise_order=12, score=100.0, observer=None)
     fit.response = plain.response = SimpleNamespace(weights=None, cause=WIND)
     fit.without = lambda _: plain
     monkeypatch.setattr(verification, "regrown", lambda one: one)
-    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: unnamed and one is plain)
+    monkeypatch.setattr(verification, "coloured_nats", lambda one: without if one is plain else beside)
+    monkeypatch.setattr(verification, "leaves_a_cause", lambda one: verification.coloured_nats(one) > 40)
     readings: Any = SimpleNamespace(nats={})
-    kept, nats = verification.verified(fit, plain, [], readings, lambda _: None)
-    assert (kept is fit) == unnamed
-    assert nats == ({"wind": 17.0} if unnamed else {})
+    found, nats = verification.verified(fit, plain, [], readings, lambda _: None)
+    assert (found is fit) == kept
+    assert nats == ({"wind": 17.0} if kept else {})
 
 
 def test_more_is_asked_where_noise_has_a_cause_beside_an_effect() -> None:
