@@ -34,6 +34,7 @@ def test_weights_are_likelihood_less_parameters_of_the_best_of_each_structure() 
     assert pool.members[0].weight / pool.members[1].weight == pytest.approx(np.exp(2.0))
     assert sum(member.weight for member in pool.members) == pytest.approx(1.0)
     assert pool.chosen.order == 3 and "order 5" in pool.sentence
+    assert "% of their weights" in pool.sentence
     content = pool.to_dict()
     assert content["pool"][0]["blocks"] == ["lower limit", "upper limit", "dead zone"]
     assert content["visited"] == 2
@@ -46,6 +47,7 @@ def test_poles_that_were_added_are_said_and_the_chosen_one_is_always_listed() ->
     chosen = fit(2, 400.0, 9)
     pool = pool_of(others, chosen, Kept(2, 2))
     assert len(pool.members) == LISTED + 1 and pool.chosen.weight < 1e-20
+    assert "of their weights" not in pool.sentence and "most weight" in pool.sentence
     assert "2 slow real poles" in pool.sentence and "cannot exclude" in pool.sentence
     assert "2 fast real poles" in pool.sentence and pool.to_dict()["pool"][-1]["onset_poles_added"] == 2
 

@@ -6,13 +6,13 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.notes import CUT_SHORT
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.joint_forms import TURNS_SEEN
+from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, TURNS_SEEN
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.phrases import log_evidence
 
-SHAPES = ("reading over position", "torque over position")
+SHAPES = ("reading over position", "torque over position", *(form.name for form in AS_SHAPE.values()))
 """Forms without a name that are too wide to be told as a period."""
 
 

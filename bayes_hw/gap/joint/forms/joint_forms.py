@@ -114,21 +114,22 @@ def _presliding(place: str, base: int) -> Form:
 
 def _by_twist(form: Form, label: str, kind: str) -> Form:
     """A friction's law where what it looks at is the twist of the drive."""
-
-    def slots(scale: JointScale) -> tuple[Slot, ...]:
-        return tuple(replace(slot, name=f"twist_{slot.name}") for slot in form.slots(scale))
-
-    return replace(form, label=label, name=f"{kind} by {form.name}", slots=slots, further=True)
+    return _seen_as(form, label, f"{kind} by {form.name}", "twist")
 
 
 def _as_shape(form: Form) -> Form:
-    """A ripple's law where what it looks at shows no period."""
+    """A ripple's law where what it looks at shows no period, and so none to be scanned for."""
+    shape = _seen_as(form, "other", f"torque over position, part of a wave {form.name}".rstrip(), "shape")
+    return replace(shape, starts=lambda s: form.starts(replace(s, periods=(), motor_periods=())))
+
+
+def _seen_as(form: Form, label: str, name: str, slot_prefix: str) -> Form:
+    """A law that has another name by what it looks at: it is never begun, and extends no other form."""
 
     def slots(scale: JointScale) -> tuple[Slot, ...]:
-        return tuple(replace(slot, name=f"shape_{slot.name}") for slot in form.slots(scale))
+        return tuple(replace(slot, name=f"{slot_prefix}_{slot.name}") for slot in form.slots(scale))
 
-    name = f"torque over position, part of a wave {form.name}".rstrip()
-    return replace(form, label="other", name=name, slots=slots, further=True, otherwise=None)
+    return replace(form, label=label, name=name, slots=slots, further=True, otherwise=None)
 
 
 def _rate(row: int, name: str) -> Form:

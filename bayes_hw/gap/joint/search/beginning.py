@@ -21,7 +21,7 @@ from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
-from bayes_hw.identify.cascade_roots import section_poles
+from bayes_hw.identify.cascade_roots import poles_of
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
@@ -147,9 +147,9 @@ def with_lasting_pole(fit: JointFit) -> list[JointFit]:
     """With one more real pole, of no weight yet, that remembers as long as the records last, where G has none
     that remembers LASTING of that. An integrator is none: no torque enters it, as behind a loop with integral
     action none moves the axis for good; without such action torques do."""
-    cascade, samples = fit.values.cascade, fit.response.scale.samples
-    radii = [float(abs(pole)) for a1, a2 in cascade.sections[:2].T for pole in section_poles(a1, a2)]
-    if max([*cascade.real[0], *radii], default=0.0) > np.exp(-1 / (LASTING * samples)):
+    samples = fit.response.scale.samples
+    radii = np.abs(poles_of(fit.values.cascade, integrator=False))
+    if radii.max(initial=0.0) > np.exp(-1 / (LASTING * samples)):
         return []
     return [with_pole(fit, float(np.exp(-1 / samples)))]
 

@@ -8,13 +8,12 @@ the states of G give it, enters where that entered, and is as strong as least sq
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Form
@@ -49,13 +48,12 @@ class _Begun:
 def exchanged(fit: JointFit) -> list[JointFit]:
     """The fit with one of its laws exchanged for those that give nearly the same torque and look at a motion,
     each descended; none where it has no law of its own that is not periodic, or where time is up."""
-    order = min(fit.noise_order, 1)
-    found: list[JointFit] = []
-    for number in laws_of(fit):
-        if not time_is_up():
-            begun = [one for one in exchanges(fit, number, EXCHANGED) if not looks_beside_position(one)]
-            found += raced([one.descended_under(order, FIRST_STEPS) for one in begun[:MOST_TRIED]])
-    return found
+
+    def begun(number: int) -> list[JointFit]:
+        found = [one for one in exchanges(fit, number, EXCHANGED) if not looks_beside_position(one)]
+        return found[:MOST_TRIED]
+
+    return _for_every_law(fit, begun)
 
 
 def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFit]:
@@ -67,12 +65,16 @@ def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFi
     another one is far off. Beside the G that was fitted without it the linear part of any is in G, and what a
     law promises there (`NoiseScreen`) is what it bends.
     """
+    return _for_every_law(fit, lambda number: _over_the_motion(fit, number, known))
+
+
+def _for_every_law(fit: JointFit, begun: Callable[[int], list[JointFit]]) -> list[JointFit]:
+    """What is `begun` for the number of each of its laws, descended; none once time is up."""
     order = min(fit.noise_order, 1)
     found: list[JointFit] = []
     for number in laws_of(fit):
         if not time_is_up():
-            begun = _over_the_motion(fit, number, known)
-            found += raced([one.descended_under(order, FIRST_STEPS) for one in begun])
+            found += raced([one.descended_under(order, FIRST_STEPS) for one in begun(number)])
     return found
 
 
@@ -125,7 +127,7 @@ def looks_beside_position(fit: JointFit) -> bool:
 def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
     """The fit with the law of effect `number` exchanged for those of `forms` that give nearly the same
     torque, the most alike first, not descended."""
-    old = _Old.of(fit, number)
+    old = _Old(Motion.of(fit, number), number)
     begun = [one for form in forms if form is not old.effect.form for one in old.exchanged_for(form)]
     begun = sorted((one for one in begun if one.alike > ALIKE), key=lambda one: -one.alike)
     return cast(list[AnyFit], [one.fit for one in begun])
@@ -133,17 +135,10 @@ def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
 
 @dataclass(frozen=True, eq=False)
 class _Old:
-    """An effect in its place of a fit, with what it looked at and its torque (samples of all records,)."""
+    """An effect in its place of a fit, and the motion that it looked at."""
 
     motion: Motion
     number: int
-    torque: FloatArray
-
-    @classmethod
-    def of(cls, fit: JointFit, number: int) -> _Old:
-        row = fit.values.law_row(number)
-        runs = (fit.response.along(fit.values, record) for record in range(len(fit.response.records)))
-        return cls(Motion.of(fit, number), number, np.concatenate([run.torques[row] for run in runs]))
 
     @property
     def effect(self) -> Effect:
@@ -151,10 +146,10 @@ class _Old:
 
     def exchanged_for(self, form: Form) -> list[_Begun]:
         """The most alike of the form's starts; none where every one of them rests."""
-        found = self.motion.laws(form)
+        found, torque = self.motion.laws(form), self.motion.torque
         torques = np.concatenate(self.motion.beside(found)[1], axis=1)
-        products, powers = torques @ self.torque, np.sum(torques**2, axis=1)
-        alike = np.abs(products) / np.sqrt(np.maximum(powers, 1e-300) * float(self.torque @ self.torque))
+        products, powers = torques @ torque, np.sum(torques**2, axis=1)
+        alike = np.abs(products) / np.sqrt(np.maximum(powers, 1e-300) * float(torque @ torque))
         best = int(np.argmax(np.where(np.isfinite(alike), alike, 0.0)))
         if not powers[best] > 0:
             return []

@@ -21,17 +21,20 @@ RIDGE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What a law looks at, `signal` (samples of all records,), to be looked at in `fit`."""
+    """What a law looks at, `signal`, to be looked at in `fit`, and the `torque` that it gives there, (samples
+    of all records,) each."""
 
     fit: JointFit
     signal: FloatArray
+    torque: FloatArray
 
     @classmethod
     def of(cls, fit: JointFit, number: int) -> Motion:
         """That of the law of effect `number`, in its own fit."""
         row = fit.values.law_row(number)
-        runs = (fit.response.along(fit.values, record) for record in range(len(fit.response.records)))
-        return cls(fit, np.concatenate([run.signals[row] for run in runs]))
+        runs = [fit.response.along(fit.values, record) for record in range(len(fit.response.records))]
+        signal = np.concatenate([run.signals[row] for run in runs])
+        return cls(fit, signal, np.concatenate([run.torques[row] for run in runs]))
 
     def laws(self, form: Form) -> list[Effect]:
         """The form from all of its starts, looking at the motion in each of SIZES, entering nowhere."""

@@ -82,5 +82,5 @@ def test_no_period_is_taken_that_rounding_has() -> None:
 
 def test_only_forms_that_begin_with_periods_ask_for_a_scan() -> None:
     scale = JointScale(speed=0.4, gain=0.05, travel=30.0, sigma=0.01, samples=2400, rate_hz=20.0)
-    labels = {one.label for one in FORMS if not one.further and begins_with_periods(one, scale)}
+    labels = {one.label for one in FORMS if begins_with_periods(one, scale)}
     assert labels == {"torque_ripple", "encoder_eccentricity"}
