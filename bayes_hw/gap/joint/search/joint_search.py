@@ -261,12 +261,14 @@ def _contenders(
     simulations, as an observer hides what a further label would explain."""
     fit = begun.fit
     settled = [as_seen(one) for one in _settled(fit, trials, say)]
-    paths = []
+    several = len(settled) > 1
+    paths, simulations = [], {}
     for one in settled:
         path = replace(begun, fit=finer(one)).reread()
-        seen = corrected(path.fit, path.fit) if len(settled) > 1 else path.fit
-        known = len(settled) > 1 and path.fit is one and seen is one
-        paths.append((path.gained, replace(path, fit=seen, settled=known)))
+        path = replace(path, settled=several and path.fit is one)
+        seen = corrected(path.fit, path.fit) if several else path.fit
+        paths.append((path.gained, path if seen is path.fit else replace(path, fit=seen, settled=False)))
+        simulations[paths[-1][1]] = path
     # Laws that were exchanged on the way may have become one.
     gaining = sorted((p for p in paths if p[1].gained > 0), key=lambda p: p[1].gained)
     best = {path.begun_with: (gained, path) for gained, path in gaining}
@@ -277,10 +279,27 @@ def _contenders(
     if contenders and not contenders[0].fit.effect_labels:
         # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
         contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
+    # An observer hides what a further effect explains.
+    hidden = [
+        replace(simulations[path], fit=one, settled=False)
+        for path in contenders
+        if path is not simulations[path]
+        for one in _with_one_more(simulations[path], say)
+        if not one.added
+    ]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
     every = (*trials, *settled, *same)
     finite = [t for t in every if np.isfinite(t.score)]
-    return contenders, {t.labels[-1]: t for t in sorted(finite, key=lambda t: t.score)}
+    return contenders + hidden, {t.labels[-1]: t for t in sorted(finite, key=lambda t: t.score)}
+
+
+def _with_one_more(path: FollowedPath, say: Callable[[str], None]) -> list[JointFit]:
+    """The best explanations with one label more than the path has, where it is worth enough."""
+    least = path.fit.score
+    further = [
+        t for t in one_more(path.fit) if t.score >= least + HALFWAY * asked_of(t, path.base, path.readings)
+    ]
+    return _settled(path.fit, further, say)
 
 
 def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
@@ -292,12 +311,7 @@ def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:
         fit = path.fit
         best = fit if path.settled else structural(fit)
         if best.score < fit.score + STRUCTURAL_NATS and len(fit.labels) < MOST_EFFECTS:
-            further = [
-                t
-                for t in one_more(fit)
-                if t.score >= fit.score + HALFWAY * asked_of(t, path.base, path.readings)
-            ]
-            best = seen_through(highest([best, *_settled(fit, further, say)]), fit)
+            best = seen_through(highest([best, *_with_one_more(path, say)]), fit)
         best = finer(best if path.settled else corrected(best, fit))
         if best.score < fit.score + SLACK_NATS:
             break
