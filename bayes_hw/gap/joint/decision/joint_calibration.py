@@ -20,11 +20,11 @@ class JointCalibration:
     `doubt` is that of a label of no nats, which falls by a factor e with every `nats_of_doubt` (forms are
     never exact, so that nats count for less than they say); `floor` is the least doubt of an effect named
     alone, `pair_floor` of one of two, `other_floor` of `other`, since the search can have missed a cause, and
-    `coloured_floor` of any effect where the noise that is left is of higher order than one and so hides
-    something, `cut_short_floor` where the search had no time left to look for others;
+    `coloured_floor` of any effect where the noise that is left counts as a cause and so hides something,
+    in proportion where it nearly does, `cut_short_floor` where the search had no time left to look for others;
     `none_doubt` that of no gap where nothing is found; `other_unseen` the chance that there is something
-    without a name though nothing says so, and `other_coloured` the same where the noise that is left is of
-    higher order than one; `nearly_found` the doubt of no gap where an effect would have been found at no nats
+    without a name though nothing says so, and `other_coloured` the same where the noise that is left counts as
+    a cause; `nearly_found` the doubt of no gap where an effect would have been found at no nats
     more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
     many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
     Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and

@@ -165,7 +165,7 @@ def _probabilities(
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
     of_effects = max(
         floor,
-        calibration.coloured_floor if found.remainder.order > 1 else 0.0,
+        calibration.coloured_floor * found.remainder.share_of_a_cause,
         calibration.cut_short_floor if found.cut_short else 0.0,
     )
     certain = {
@@ -178,7 +178,8 @@ def _probabilities(
     nothing = calibration.nothing([*evidence.values(), *([remains] if remains > 0 else [])])
     # What is no longer sure of a label that many nats speak for is another cause, not none.
     elsewhere = max(doubts, default=0.0) - nothing
-    p_other = calibration.other_coloured if found.remainder.order > 1 else calibration.other_unseen
+    hidden = found.remainder.share_of_a_cause
+    p_other = (1 - hidden) * calibration.other_unseen + hidden * calibration.other_coloured
     if remains > 0:
         p_other = calibration.sure(remains, calibration.other_floor)
     p_other = max(p_other, calibration.others_share * elsewhere)

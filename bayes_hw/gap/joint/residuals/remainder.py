@@ -59,6 +59,12 @@ class Remainder:
     commanded: float = 0.0
     refuted: float = 0.0
 
+    @property
+    def share_of_a_cause(self) -> float:
+        """How nearly noise of order above one counts as a cause, from 0 to 1: an order that few nats speak
+        for may be chance."""
+        return float(np.clip(self.coloured / COLOURED_NATS, 0.0, 1.0)) if self.order > 1 else 0.0
+
 
 def remainder_of(fit: JointFit) -> Remainder:
     """Of a fit's weighted residuals."""

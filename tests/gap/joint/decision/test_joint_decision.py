@@ -13,7 +13,7 @@ from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.given_decision import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision, JointEvidence, decide, decide_jointly
-from bayes_hw.gap.joint.residuals.remainder import Remainder
+from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS, Remainder
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 
 
@@ -53,6 +53,16 @@ def test_noise_that_knows_the_command_is_no_wind() -> None:
     refuted = replace(alone, remainder=Remainder(1, 0, refuted=pulses))
     assert decide(refuted).answer == ("other",)
     assert decide(replace(alone, remainder=Remainder(1, 0, refuted=pulses - 0.2))).answer == ("wind",)
+
+
+def test_colour_casts_doubt_by_how_nearly_it_counts_as_a_cause() -> None:
+    """An order above one that chance would choose hides nothing; from COLOURED_NATS on all of the doubt."""
+    of_friction = [
+        _decided({"friction": 2800.0}, coloured=nats).probability["friction"]
+        for nats in (0.0, 0.5, 20.0, COLOURED_NATS, 900.0)
+    ]
+    assert of_friction[0] == pytest.approx(of_friction[1], abs=0.01)
+    assert of_friction[0] > of_friction[2] > of_friction[3] == of_friction[4]
 
 
 def test_nothing_left_is_no_gap() -> None:
