@@ -12,7 +12,7 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
-from bayes_hw.gap.joint.decision.joint_decision import JointDecision, JointEvidence, decide
+from bayes_hw.gap.joint.decision.joint_decision import MOST_NAMED, JointDecision, JointEvidence, decide
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
@@ -97,6 +97,9 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     certain = [label for label in decided.answer if label in evidence.nats]
     if found.left > MOST_LEFT * found.before:
         certain = []
+    if sum(evidence.nats[label] > evidence.remainder.coloured for label in certain) == MOST_NAMED:
+        # Two labels that each explain more than what is left are the answer, inexact as their forms are.
+        return decided
     answer = (*certain[:1], OTHER)
     probability = {
         label: p if label in answer else min(p, calibration.beside_other)

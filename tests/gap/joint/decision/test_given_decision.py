@@ -63,6 +63,19 @@ def test_less_is_too_much_where_it_is_coloured() -> None:
     assert said.answer == ("friction", "other")
 
 
+def test_two_labels_that_outweigh_what_is_left_stay_both() -> None:
+    """One that explains less than what is left makes room for what has no name."""
+    louder, loud = disturbed(9.0), disturbed(0.9)
+    evidence = GivenEvidence.of(answer_of(louder, loud, {"friction": 600.0, "gain_drift": 300.0}), SIGMA)
+
+    def answer(coloured: float) -> tuple[str, ...]:
+        left = replace(evidence.joint.remainder, order=8, coloured=coloured)
+        return decide_given(replace(evidence, joint=replace(evidence.joint, remainder=left))).answer
+
+    assert answer(200.0) == ("friction", "gain_drift")
+    assert answer(400.0) == ("friction", "other")
+
+
 def test_no_gap_is_stated_as_surely_as_it_came_true() -> None:
     quiet = measured((), GIVEN_SAMPLES, (1, 2))
     found = answer_of(quiet, quiet, {})
