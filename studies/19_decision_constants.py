@@ -6,16 +6,16 @@ holds all there is. What every decision rests on is kept, and the constants of t
 truth by the log score, cross-validated. So are the tails of base parameters, whose posteriors
 are too sure where an explanation is not right. The same sets are diagnosed from their records alone too
 (unless --no-from-records), and the constants of that decision's probabilities fitted: joint_calibration.json.
-Those around a model whose drive train is not read are fitted on axes of other makers (MuJoCo), every constant
-with the deviation of its logarithm: given_calibration.json. Both go with the program in
-bayes_hw/gap/joint/decision. Writes calibration.json too (bayes_hw/gap/answer/calibration.json).
+Those around a model whose drive train is not read are fitted on axes of other makers (MuJoCo):
+given_calibration.json. Both state every constant with the deviation of its logarithm, and go with the program
+in bayes_hw/gap/joint/decision. Writes calibration.json too (bayes_hw/gap/answer/calibration.json).
 Finished cases stay in OUT/work until the results are written, so that a run that was stopped goes on.
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -23,8 +23,10 @@ from blind_check.ballot import Ballot
 from blind_check.calibrate import CalibrationCase, calibrate
 from blind_check.check import check_blind, verdicts_in
 from blind_check.joint_calibrate import (
+    Constants,
     GivenCase,
     JointCase,
+    Scored,
     calibrate_jointly,
     left_out_scores,
     log_deviations,
@@ -145,16 +147,7 @@ def fit_from_records(study: Study) -> dict[str, object]:
             for truth, verdict in zip(evidence.truths, evidence.verdicts, strict=True)
             if not verdict.failed
         ]
-    by_hand = JointCalibration.built_in()
-    fitted = asdict(calibrate_jointly(cases, by_hand))
-    adopted = {name: float(f"{value:.{FIGURES}g}") for name, value in fitted.items()}
-    write_json(study.out / "joint_calibration.json", adopted)
-    return {
-        "cases": len(cases),
-        "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),
-        "score_left_out": float(left_out_scores(cases, by_hand).mean()),
-        "adopted": adopted,
-    }
+    return fitted_to(cases, JointCalibration.built_in(), study.out)
 
 
 def fit_around_models(study: Study) -> dict[str, object]:
@@ -171,14 +164,18 @@ def fit_around_models(study: Study) -> dict[str, object]:
         rests_on = None if verdict.failed else read_given_evidence_of(verdicts / truth.name)
         if rests_on is not None:
             cases.append(GivenCase(rests_on, truth.effects))
-    by_hand = GivenCalibration.built_in()
+    return fitted_to(cases, GivenCalibration.built_in(), study.out)
+
+
+def fitted_to(cases: Sequence[Scored[Constants]], by_hand: Constants, folder: Path) -> dict[str, object]:
+    """The constants fitted to cases, and how much better they state what is so; writes their file."""
     fitted = calibrate_jointly(cases, by_hand)
     doubts = log_deviations(cases, fitted, by_hand)
     adopted = {
         name: {"value": float(f"{value:.{FIGURES}g}"), "log_sd": float(f"{doubts[name]:.2g}")}
         for name, value in asdict(fitted).items()
     }
-    write_json(study.out / "given_calibration.json", adopted)
+    write_json(folder / by_hand.FILE, adopted)
     return {
         "cases": len(cases),
         "score_built_in": float(sum(case.score(by_hand) for case in cases)) / len(cases),

@@ -23,9 +23,7 @@ def ablation() -> ModuleType:
 
 
 def test_every_strategy_names_what_a_module_has(ablation: ModuleType) -> None:
-    missing = [
-        label for label, one in ablation.STRATEGIES.items() if not hasattr(one.module, one.name)
-    ]
+    missing = [label for label, one in ablation.STRATEGIES.items() if not hasattr(one.module, one.name)]
     assert not missing
 
 

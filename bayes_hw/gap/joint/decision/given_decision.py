@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from importlib.resources import files
-from typing import Any, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,25 +16,16 @@ from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.identify.holes import with_holes
 
-FILE = "given_calibration.json"
-
 
 @dataclass(frozen=True)
 class GivenCalibration(JointCalibration):
-    """Those of `given_calibration.json`, which states beside every value the standard deviation of its
-    logarithm: how well the cases that it was fitted to tell it.
-
-    G as given cannot take up an effect, so they are not those of records alone. `excess_doubt` is the doubt
-    of `other` where more is left than the noise that the model states.
+    """Those around a model: G as given cannot take up an effect, so they are not those of records alone.
+    `excess_doubt` is the doubt of `other` where more is left than the noise that the model states.
     """
 
-    excess_doubt: float
+    FILE: ClassVar[str] = "given_calibration.json"
 
-    @classmethod
-    def built_in(cls) -> Self:
-        """The constants that come with the program."""
-        text = files("bayes_hw.gap.joint.decision").joinpath(FILE).read_text(encoding="utf-8")
-        return cls(**{name: content["value"] for name, content in json.loads(text).items()})
+    excess_doubt: float
 
 
 TOO_MUCH = 1.5

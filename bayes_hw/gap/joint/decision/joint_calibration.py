@@ -6,39 +6,39 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
-
-FILE = "joint_calibration.json"
 
 
 @dataclass(frozen=True)
 class JointCalibration:
-    """Those of `joint_calibration.json`.
+    """Those of FILE, which states beside every value the standard deviation of its logarithm: how well the
+    cases that it was fitted to tell it.
 
     `doubt` is that of a label of no nats, which falls by a factor e with every `nats_of_doubt` (forms are
     never exact, so that nats count for less than they say); `floor` is the least doubt of an effect named
     alone, `pair_floor` of one of two, `other_floor` of `other`, since the search can have missed a cause, and
-    `coloured_floor` of any effect where the noise that is left counts as a cause and so hides something,
-    in proportion where it nearly does, `cut_short_floor` where the search had no time left to look for others;
+    `coloured_floor` of any effect where the noise that is left counts as a cause and so hides something, in
+    proportion where it nearly does, `cut_short_floor` where the search had no time left to look for others;
     `none_doubt` that of no gap where nothing is found; `other_unseen` the chance that there is something
-    without a name though nothing says so, and `other_coloured` the same where the noise that is left counts as
-    a cause; `nearly_found` the doubt of no gap where an effect would have been found at no nats
-    more, which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so
-    many nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away.
-    Of two labels the odds are e for every `nats_between` that one explains more in place of the other, and
-    every `share_between` of all nats explained: the more an effect moves, the more the error of its form is
-    worth. Of two causes of the noise, whose likelihoods are exact, they are e for every
-    `nats_between_causes`; from `refuted` nats on what a cause says disturbed the axis, or knows of the
-    command, is no chance, and it is not that cause. `others_share` is what causes without a name have of the
-    doubt of a label that many nats speak for. A label that was not followed to the end but earns alone more
-    than the share `near` of the answer's nats keeps the answer in doubt: one without a name with
-    `near_doubt`, one with a name, beside an answer without, with `named_share` of that answer's probability.
-    `unnamed_base` is the share that the axis without effects has of the draws of base parameters beside a law
-    without a name. `beside_other` is the most that any label has beside an answer that is `other` alone,
-    `least` the least that is stated.
+    without a name though nothing says so, and `other_coloured` the same where the noise that is left counts
+    as a cause; `nearly_found` the doubt of no gap where an effect would have been found at no nats more,
+    which falls by a factor e with every `nats_nearly_found`. That there is no gap beside labels of so many
+    nats has the doubts that fall by e with every `nats_of_gap`: another cause has fewer to explain away. Of
+    two labels the odds are e for every `nats_between` that one explains more in place of the other, and every
+    `share_between` of all nats explained: the more an effect moves, the more the error of its form is worth.
+    Of two causes of the noise, whose likelihoods are exact, they are e for every `nats_between_causes`; from
+    `refuted` nats on what a cause says disturbed the axis, or knows of the command, is no chance, and it is
+    not that cause. `others_share` is what causes without a name have of the doubt of a label that many nats
+    speak for. A label that was not followed to the end but earns alone more than the share `near` of the
+    answer's nats keeps the answer in doubt: one without a name with `near_doubt`, one with a name, beside an
+    answer without, with `named_share` of that answer's probability. `unnamed_base` is the share that the axis
+    without effects has of the draws of base parameters beside a law without a name. `beside_other` is the
+    most that any label has beside an answer that is `other` alone, `least` the least that is stated.
     """
+
+    FILE: ClassVar[str] = "joint_calibration.json"
 
     doubt: float
     nats_of_doubt: float
@@ -83,5 +83,5 @@ class JointCalibration:
     @classmethod
     def built_in(cls) -> Self:
         """The constants that come with the program."""
-        text = files("bayes_hw.gap.joint.decision").joinpath(FILE).read_text(encoding="utf-8")
-        return cls(**json.loads(text))
+        text = files("bayes_hw.gap.joint.decision").joinpath(cls.FILE).read_text(encoding="utf-8")
+        return cls(**{name: content["value"] for name, content in json.loads(text).items()})
