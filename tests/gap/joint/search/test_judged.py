@@ -77,3 +77,15 @@ def test_the_likelier_cause_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert slow.less_likely == {"sensor_drift": 40.0}
     assert [one.fit for one in slow.caused] == [walk, wind] and slow.caused[1] is slow.path
     assert found[paths[1]].path.gained == 150.0 and not found[paths[1]].caused
+
+
+@pytest.mark.usefixtures("kept")
+def test_a_cause_is_judged_though_another_path_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What its fit shows of a wind is less than its exact likelihood."""
+    wind, exact = _Fit(240.0, ("wind",), "wind"), _Fit(350.0, ("wind",), "wind")
+    curve, rub = _Fit(330.0, ("other",)), _Fit(250.0, ("friction",))
+    monkeypatch.setattr(module, "likelier_cause", lambda *_: (exact, 10.0, [exact]))
+    paths = [_path(one) for one in (curve, rub, wind)]
+    found = judged(paths, [], (), silent)
+    assert list(found) == [paths[0], paths[2]]
+    assert max(found.values(), key=lambda one: one.path.gained).path.fit is exact
