@@ -33,8 +33,9 @@ def judged(
     told: Callable[[str], None],
 ) -> dict[FollowedPath, Judged]:
     """Those of the paths that may explain most: one that explains no more as it is than another one that is
-    judged need not be, unless its noise has a cause, which gains by its exact likelihood. Of `others` any may do better than a label (see `verified`); of the `whole` records
-    part may be left out of the fits."""
+    judged need not be, unless its noise has a cause, which gains by its exact likelihood. Of `others` any may
+    do better than a label (see `verified`); of the `whole` records part may be left out of the fits.
+    """
     found: dict[FollowedPath, Judged] = {}
     most = -np.inf
     for path in sorted(paths, key=lambda path: -path.gained):
