@@ -163,3 +163,39 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
     contenders, alone = joint_search._contenders(begun, trials, joint_search.silent)
     assert [path.begun_with for path in contenders] == followed
     assert set(alone) == {leader, "rate_limit", "gain_drift"}, "one that runs away is no rival"
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_what_an_observer_hides_begins_a_path_of_its_own(
+    shown: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A label that the simulation shows beside one that an observer follows; none where it shows nothing, and
+    none is sought beside a label without an observer."""
+
+    def fit(score: float, *labels: str) -> Any:
+        return SimpleNamespace(labels=labels, effect_labels=labels, score=score)
+
+    plain, readings = fit(0.0), SimpleNamespace(nats={"timing_jitter": 90.0})
+    begun: Any = FollowedPath(plain, plain, readings)  # type: ignore[arg-type]
+    ripple, observed, both = (
+        fit(180.0, "torque_ripple"),
+        fit(330.0, "torque_ripple"),
+        fit(280.0, "torque_ripple", "gain_drift"),
+    )
+    friction = fit(300.0, "friction")
+    sought: list[Any] = []
+
+    def one_more(path: FollowedPath, _: object) -> list[Any]:
+        sought.append(path.fit)
+        return [both] if shown else []
+
+    monkeypatch.setattr(joint_search, "_settled", lambda *_: [ripple, friction])
+    monkeypatch.setattr(joint_search, "_with_one_more", one_more)
+    monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
+    monkeypatch.setattr(joint_search, "finer", lambda one: one)
+    monkeypatch.setattr(joint_search, "corrected", lambda one, _: observed if one is ripple else one)
+    contenders, alone = joint_search._contenders(begun, [], joint_search.silent)
+    followed: list[Any] = [path.fit for path in contenders]
+    assert followed == ([observed, friction, both] if shown else [observed, friction])
+    assert sought == [ripple]
+    assert not any(path.settled for path in contenders if path.fit is both or path.fit is observed)
