@@ -194,7 +194,7 @@ def test_what_an_observer_hides_begins_a_path_of_its_own(
     monkeypatch.setattr(joint_search, "as_seen", lambda one: one)
     monkeypatch.setattr(joint_search, "finer", lambda one: one)
     monkeypatch.setattr(joint_search, "corrected", lambda one, _: observed if one is ripple else one)
-    contenders, alone = joint_search._contenders(begun, [], joint_search.silent)
+    contenders, _ = joint_search._contenders(begun, [], joint_search.silent)
     followed: list[Any] = [path.fit for path in contenders]
     assert followed == ([observed, friction, both] if shown else [observed, friction])
     assert sought == [ripple]
