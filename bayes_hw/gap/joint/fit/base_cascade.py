@@ -12,7 +12,14 @@ from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.experiment import SMALLEST_COMMAND
 from bayes_hw.identify.growth.delay import at_delay, coarse_delay, safe_delay, too_long, with_longer_delay
 from bayes_hw.identify.growth.lowered import lowered
-from bayes_hw.identify.growth.search import Grown, absorbed, grow, likeliest, smallest_cascade
+from bayes_hw.identify.growth.search import (
+    Grown,
+    absorbed,
+    beyond_all_commands,
+    grow,
+    likeliest,
+    smallest_cascade,
+)
 from bayes_hw.identify.growth.slow_poles import with_real_poles
 from bayes_hw.identify.long_records import descended_on, slow_factor, with_own_delay
 from bayes_hw.identify.noise import MAX_ORDER
@@ -80,6 +87,7 @@ def _grown_at_rate(
         _largest(grow(smallest_cascade(records, structure, level * noise_level, most_noise), SMALL_ORDER))
         for level in NOISE_LEVELS
     ]
+    small += beyond_all_commands(likeliest(small))
     at = coarse_delay(likeliest(small))
     while True:
         best = _least(grow(at, LARGEST_ORDER).values())
