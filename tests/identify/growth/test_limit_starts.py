@@ -13,11 +13,14 @@ from bayes_hw.identify.experiment import prepare
 from bayes_hw.identify.growth.cascade_response import CascadeResponse, outermost_limits
 from bayes_hw.identify.growth.search import (
     SHARES,
+    Grown,
+    beyond_all_commands,
     grow,
     smallest_cascade,
     with_least_squares,
     with_limits_anew,
 )
+from bayes_hw.identify.noise import MAX_ORDER
 from bayes_hw.record import Record, Units
 
 LOWER, UPPER, HALF_WIDTH, RESIDUE = -0.4, 0.7, 0.05, 0.02
@@ -82,6 +85,24 @@ def test_a_limit_that_clips_is_left_alone() -> None:
     assert with_limits_anew(CascadeResponse(STRUCTURE, records(0.001)), values(LOWER, UPPER)) is None
     stuck = replace(STRUCTURE, lower=False, upper=False)
     assert with_limits_anew(CascadeResponse(stuck, records(0.001)), values(-np.inf, np.inf)) is None
+
+
+def test_limits_that_clip_what_none_did_are_begun_beyond_all_commands() -> None:
+    """The angle of an axis without limits: from ones that clip, those beyond all commands leave the noise
+    alone; from there nothing is begun."""
+    noise = 1e-3
+    free = []
+    for record in records(0.0):
+        w = RESIDUE * np.concatenate([[0.0, 0.0], np.cumsum(record.u)[:-2]])
+        dead = np.sign(w) * np.maximum(np.abs(w) - HALF_WIDTH, 0)
+        free.append(replace(record, y=dead + noise * np.random.default_rng(2).standard_normal(len(dead))))
+    outermost = outermost_limits(free)
+    clipping = Grown.at(STRUCTURE, values(0.7 * outermost[0], 0.7 * outermost[1], RESIDUE), free, MAX_ORDER)
+    (found,) = beyond_all_commands(clipping)
+    assert found.point.rms == pytest.approx(noise, rel=0.1)
+    assert clipping.point.rms > 10 * noise
+    assert (found.values.lower, found.values.upper) == pytest.approx(outermost, rel=0.01)
+    assert not beyond_all_commands(Grown.at(STRUCTURE, values(*outermost, RESIDUE), free, MAX_ORDER))
 
 
 def test_growth_leaves_a_limit_that_a_smaller_cascade_put_out_of_reach() -> None:
