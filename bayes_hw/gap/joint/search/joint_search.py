@@ -279,12 +279,13 @@ def _contenders(
     if contenders and not contenders[0].fit.effect_labels:
         # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
         contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
-    # An observer hides what a further label explains.
+    # An observer hides what a further effect explains; a cause of the noise it replaces.
     hidden = [
         replace(simulations[path], fit=one, settled=False)
         for path in contenders
         if path is not simulations[path]
         for one in _with_one_more(simulations[path], say)
+        if not one.added
     ]
     same = [path.fit for _, path in paths if path.readings is begun.readings]
     every = (*trials, *settled, *same)

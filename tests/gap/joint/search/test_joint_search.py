@@ -169,11 +169,11 @@ def test_noise_of_a_cause_does_not_crowd_out_the_best_effect(
 def test_what_an_observer_hides_begins_a_path_of_its_own(
     shown: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A label that the simulation shows beside one that an observer follows; none where it shows nothing, and
-    none is sought beside a label without an observer."""
+    """An effect that the simulation shows beside one that an observer follows, no cause of its noise; none
+    where it shows nothing, and none is sought beside a label without an observer."""
 
-    def fit(score: float, *labels: str) -> Any:
-        return SimpleNamespace(labels=labels, effect_labels=labels, score=score)
+    def fit(score: float, *labels: str, added: tuple[str, ...] = ()) -> Any:
+        return SimpleNamespace(labels=labels, effect_labels=labels, added=added, score=score)
 
     plain, readings = fit(0.0), SimpleNamespace(nats={"timing_jitter": 90.0})
     begun: Any = FollowedPath(plain, plain, readings)  # type: ignore[arg-type]
@@ -182,12 +182,12 @@ def test_what_an_observer_hides_begins_a_path_of_its_own(
         fit(330.0, "torque_ripple"),
         fit(280.0, "torque_ripple", "gain_drift"),
     )
-    friction = fit(300.0, "friction")
+    friction, windy = fit(300.0, "friction"), fit(290.0, "torque_ripple", added=("wind",))
     sought: list[Any] = []
 
     def one_more(path: FollowedPath, _: object) -> list[Any]:
         sought.append(path.fit)
-        return [both] if shown else []
+        return [windy, both] if shown else [windy]
 
     monkeypatch.setattr(joint_search, "_settled", lambda *_: [ripple, friction])
     monkeypatch.setattr(joint_search, "_with_one_more", one_more)
