@@ -55,26 +55,6 @@ def with_limits_anew(response: CascadeResponse, values: CascadeValues) -> Cascad
     return min(solved, key=lambda pair: pair[0])[1]
 
 
-def beyond_all_commands(item: Grown) -> list[Grown]:
-    """The cascade with its limits at their outermost places, the weights of G by least squares, descended;
-    none where they stand there. Limits that clip what no limit did leave steps in the angle for good: noise
-    of high order takes them up, and no descent under it moves the limits out again."""
-    structure, values, (lower, upper) = item.structure, item.values, item.response.outermost_limits
-    inside = (structure.lower and values.lower > AT_OUTERMOST * lower) or (
-        structure.upper and values.upper < AT_OUTERMOST * upper
-    )
-    if not inside:
-        return []
-    outermost = replace(
-        values,
-        lower=lower if structure.lower else values.lower,
-        upper=upper if structure.upper else values.upper,
-    )
-    records = item.response.records
-    solved = with_least_squares(structure, outermost, records)[1]
-    return [Grown.at(structure, solved, records, item.point.most_noise).descended()]
-
-
 def with_least_squares(
     structure: Structure, values: CascadeValues, records: Sequence[Record], clear: float = 0.0
 ) -> tuple[float, CascadeValues]:
@@ -334,3 +314,19 @@ def _at_least(item: Grown, values: CascadeValues | None) -> Grown:
         return item
     again = Grown.at(item.structure, values, item.response.records, item.point.most_noise)
     return likeliest([item, again.descended()])
+
+
+def beyond_all_commands(item: Grown) -> Grown:
+    """`item`, or the same begun with its limits at their outermost places, the weights of G by least squares,
+    where that is likelier. Limits that clip what no limit did leave steps in the angle for good: noise of
+    high order takes them up, and a descent under it may leave the limits where they are."""
+    structure, values, (lower, upper) = item.structure, item.values, item.response.outermost_limits
+    outermost = replace(
+        values,
+        lower=lower if structure.lower else values.lower,
+        upper=upper if structure.upper else values.upper,
+    )
+    inside = values.lower > AT_OUTERMOST * outermost.lower or values.upper < AT_OUTERMOST * outermost.upper
+    return _at_least(
+        item, with_least_squares(structure, outermost, item.response.records)[1] if inside else None
+    )

@@ -27,13 +27,13 @@ LOWER, UPPER, HALF_WIDTH, RESIDUE = -0.4, 0.7, 0.05, 0.02
 STRUCTURE = Structure(1, True, 0, 0, lower=True, upper=True, dead_zone=True)
 
 
-def records(noise: float) -> list[Record]:
-    """Of an integrator behind LOWER and UPPER."""
+def records(noise: float, lower: float = LOWER, upper: float = UPPER) -> list[Record]:
+    """Of an integrator behind the limits."""
     rng, t = np.random.default_rng(5), np.arange(800) / 20.0
     found = []
     for name in ("a", "b"):
         u = np.repeat(rng.normal(0, 0.8, 40), 20)
-        w = RESIDUE * np.concatenate([[0.0, 0.0], np.cumsum(np.clip(u, LOWER, UPPER))[:-2]])
+        w = RESIDUE * np.concatenate([[0.0, 0.0], np.cumsum(np.clip(u, lower, upper))[:-2]])
         y = np.sign(w) * np.maximum(np.abs(w) - HALF_WIDTH, 0) + noise * rng.standard_normal(len(t))
         found.append(Record(name, t, u, y, 20.0, Units()))
     return found
@@ -91,18 +91,15 @@ def test_limits_that_clip_what_none_did_are_begun_beyond_all_commands() -> None:
     """The angle of an axis without limits: from ones that clip, those beyond all commands leave the noise
     alone; from there nothing is begun."""
     noise = 1e-3
-    free = []
-    for record in records(0.0):
-        w = RESIDUE * np.concatenate([[0.0, 0.0], np.cumsum(record.u)[:-2]])
-        dead = np.sign(w) * np.maximum(np.abs(w) - HALF_WIDTH, 0)
-        free.append(replace(record, y=dead + noise * np.random.default_rng(2).standard_normal(len(dead))))
+    free = records(noise, -np.inf, np.inf)
     outermost = outermost_limits(free)
     clipping = Grown.at(STRUCTURE, values(0.7 * outermost[0], 0.7 * outermost[1], RESIDUE), free, MAX_ORDER)
-    (found,) = beyond_all_commands(clipping)
+    found = beyond_all_commands(clipping)
     assert found.point.rms == pytest.approx(noise, rel=0.1)
     assert clipping.point.rms > 10 * noise
     assert (found.values.lower, found.values.upper) == pytest.approx(outermost, rel=0.01)
-    assert not beyond_all_commands(Grown.at(STRUCTURE, values(*outermost, RESIDUE), free, MAX_ORDER))
+    there = Grown.at(STRUCTURE, values(*outermost, RESIDUE), free, MAX_ORDER)
+    assert beyond_all_commands(there) is there
 
 
 def test_growth_leaves_a_limit_that_a_smaller_cascade_put_out_of_reach() -> None:

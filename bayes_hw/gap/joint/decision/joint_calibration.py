@@ -29,7 +29,7 @@ class JointCalibration:
     two labels the odds are e for every `nats_between` that one explains more in place of the other, and every
     `share_between` of all nats explained: the more an effect moves, the more the error of its form is worth.
     Of two causes of the noise, whose likelihoods are exact, they are e for every `nats_between_causes`; from
-    `refuted` nats on what a cause says disturbed the axis, or knows of the command, is no chance, and it is
+    `nats_refuting` on what a cause says disturbed the axis, or knows of the command, is no chance, and it is
     not that cause. `others_share` is what causes without a name have of the doubt of a label that many nats
     speak for. A label that was not followed to the end but earns alone more than the share `near` of the
     answer's nats keeps the answer in doubt: one without a name with `near_doubt`, one with a name, beside an
@@ -56,7 +56,7 @@ class JointCalibration:
     nats_between: float
     share_between: float
     nats_between_causes: float
-    refuted: float
+    nats_refuting: float
     others_share: float
     near: float
     near_doubt: float

@@ -124,7 +124,7 @@ def decide(
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
-    elif max(found.remainder.commanded, found.remainder.refuted) > calibration.refuted:
+    elif max(found.remainder.commanded, found.remainder.refuted) > calibration.nats_refuting:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:
@@ -163,9 +163,10 @@ def _probabilities(
     part_of_g: Sequence[str],
 ) -> dict[str, float]:
     floor = calibration.floor if len(evidence) < 2 else calibration.pair_floor
+    hidden = found.remainder.share_of_a_cause
     of_effects = max(
         floor,
-        calibration.coloured_floor * found.remainder.share_of_a_cause,
+        calibration.coloured_floor * hidden,
         calibration.cut_short_floor if found.cut_short else 0.0,
     )
     certain = {
@@ -178,7 +179,6 @@ def _probabilities(
     nothing = calibration.nothing([*evidence.values(), *([remains] if remains > 0 else [])])
     # What is no longer sure of a label that many nats speak for is another cause, not none.
     elsewhere = max(doubts, default=0.0) - nothing
-    hidden = found.remainder.share_of_a_cause
     p_other = (1 - hidden) * calibration.other_unseen + hidden * calibration.other_coloured
     if remains > 0:
         p_other = calibration.sure(remains, calibration.other_floor)

@@ -87,8 +87,7 @@ def _grown_at_rate(
         _largest(grow(smallest_cascade(records, structure, level * noise_level, most_noise), SMALL_ORDER))
         for level in NOISE_LEVELS
     ]
-    small += beyond_all_commands(likeliest(small))
-    at = coarse_delay(likeliest(small))
+    at = coarse_delay(beyond_all_commands(likeliest(small)))
     while True:
         best = _least(grow(at, LARGEST_ORDER).values())
         if not too_long(best):

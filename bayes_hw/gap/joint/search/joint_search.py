@@ -258,48 +258,47 @@ def _contenders(
     begun: FollowedPath, trials: Sequence[JointFit], say: Callable[[str], None]
 ) -> tuple[list[FollowedPath], dict[str, JointFit]]:
     """The best explanations by one label, best first, and every label's; simulations are held against
-    simulations, as an observer hides what a further label would explain."""
+    simulations, as an observer hides what a further label would explain. After them those with an effect more
+    that one hides: what is a cause of the noise it replaces."""
     fit = begun.fit
     settled = [as_seen(one) for one in _settled(fit, trials, say)]
-    several = len(settled) > 1
-    paths, simulations = [], {}
+    pairs = []
     for one in settled:
-        path = replace(begun, fit=finer(one)).reread()
-        path = replace(path, settled=several and path.fit is one)
-        seen = corrected(path.fit, path.fit) if several else path.fit
-        paths.append((path.gained, path if seen is path.fit else replace(path, fit=seen, settled=False)))
-        simulations[paths[-1][1]] = path
+        simulation = replace(begun, fit=finer(one)).reread()
+        seen = corrected(simulation.fit, simulation.fit) if len(settled) > 1 else simulation.fit
+        known = len(settled) > 1 and simulation.fit is one and seen is one
+        pairs.append((simulation, replace(simulation, fit=seen, settled=known)))
     # Laws that were exchanged on the way may have become one.
-    gaining = sorted((p for p in paths if p[1].gained > 0), key=lambda p: p[1].gained)
-    best = {path.begun_with: (gained, path) for gained, path in gaining}
-    paths = sorted(best.values(), key=lambda p: -p[1].gained)
-    most = FOLLOWED_SHARE * max((path.gained for _, path in paths), default=0.0)
-    simulated = FOLLOWED_SHARE * max((gained for gained, _ in paths), default=0.0)
-    contenders = [path for gained, path in paths if gained >= simulated or path.gained >= most]
-    if contenders and not contenders[0].fit.effect_labels:
+    gaining = sorted((pair for pair in pairs if pair[1].gained > 0), key=lambda pair: pair[1].gained)
+    best = {path.begun_with: (simulation, path) for simulation, path in gaining}
+    pairs = sorted(best.values(), key=lambda pair: -pair[1].gained)
+    most = FOLLOWED_SHARE * max((path.gained for _, path in pairs), default=0.0)
+    simulated = FOLLOWED_SHARE * max((simulation.gained for simulation, _ in pairs), default=0.0)
+    near = [pair for pair in pairs if pair[0].gained >= simulated or pair[1].gained >= most]
+    if near and not near[0][1].fit.effect_labels:
         # Noise takes up all that is left, an effect its own part: one of two leads by as much as both.
-        contenders += [path for _, path in paths if path.fit.effect_labels and path not in contenders][:1]
-    # An observer hides what a further effect explains; a cause of the noise it replaces.
+        near += [pair for pair in pairs if pair[1].fit.effect_labels and pair not in near][:1]
     hidden = [
-        replace(simulations[path], fit=one, settled=False)
-        for path in contenders
-        if path is not simulations[path]
-        for one in _with_one_more(simulations[path], say)
+        replace(simulation, fit=one)
+        for simulation, path in near
+        if path.fit is not simulation.fit
+        for one in _with_one_more(simulation, say)
         if not one.added
     ]
-    same = [path.fit for _, path in paths if path.readings is begun.readings]
+    same = [path.fit for _, path in pairs if path.readings is begun.readings]
     every = (*trials, *settled, *same)
     finite = [t for t in every if np.isfinite(t.score)]
-    return contenders + hidden, {t.labels[-1]: t for t in sorted(finite, key=lambda t: t.score)}
+    contenders = [*(path for _, path in near), *hidden]
+    return contenders, {t.labels[-1]: t for t in sorted(finite, key=lambda t: t.score)}
 
 
 def _with_one_more(path: FollowedPath, say: Callable[[str], None]) -> list[JointFit]:
     """The best explanations with one label more than the path has, where it is worth enough."""
-    least = path.fit.score
+    fit = path.fit
     further = [
-        t for t in one_more(path.fit) if t.score >= least + HALFWAY * asked_of(t, path.base, path.readings)
+        t for t in one_more(fit) if t.score >= fit.score + HALFWAY * asked_of(t, path.base, path.readings)
     ]
-    return _settled(path.fit, further, say)
+    return _settled(fit, further, say)
 
 
 def _followed(path: FollowedPath, say: Callable[[str], None]) -> FollowedPath:

@@ -49,7 +49,7 @@ def test_noise_that_knows_the_command_is_no_wind() -> None:
     assert changed.answer == ("friction", "other")
     alone = replace(found, nats={"wind": 300.0}, labels=("wind",), remainder=Remainder(1, 0, commanded=60.0))
     assert decide(alone).answer == ("other",)
-    pulses = JointCalibration.built_in().refuted + 0.1
+    pulses = JointCalibration.built_in().nats_refuting + 0.1
     refuted = replace(alone, remainder=Remainder(1, 0, refuted=pulses))
     assert decide(refuted).answer == ("other",)
     assert decide(replace(alone, remainder=Remainder(1, 0, refuted=pulses - 0.2))).answer == ("wind",)

@@ -17,7 +17,7 @@ from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 700
-REFUTED = JointCalibration.built_in().refuted
+REFUTED = JointCalibration.built_in().nats_refuting
 INTEGRATING = replace(CASCADE, integrator_residue=0.1)
 STRUCTURE_TOO = replace(STRUCTURE, integrator=True)
 

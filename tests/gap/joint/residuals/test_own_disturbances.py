@@ -16,7 +16,7 @@ from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 900
-REFUTED = JointCalibration.built_in().refuted
+REFUTED = JointCalibration.built_in().nats_refuting
 
 
 def _slowly(disturbances: FloatArray) -> FloatArray:
