@@ -172,7 +172,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--posterior",
         required=True,
         metavar="DIR",
-        help="the --out folder of bayes-hw sample, report or diagnose",
+        help="the --out folder of bayes-hw sample, report or diagnose, or a corrected.json",
     )
     add_output(sub, "CSV file with columns t,u,y,mean,lo,hi,...", "FILE.csv")
     add_record_options(sub)

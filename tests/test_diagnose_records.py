@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,9 @@ def test_records_alone_give_every_file(
     inside = float(np.mean((low <= y) & (y <= high)))
     assert inside > 0.8
     assert f"bands hold {100 * inside:.1f} %" in capsys.readouterr().out
+    shutil.copyfile("out/corrected.json", "axis.json")
+    assert main(["predict", "plain.csv", "--posterior", "axis.json", "--out", "same.csv", "--quiet"]) == 0
+    assert Path("same.csv").read_bytes() == Path("bands.csv").read_bytes()
 
 
 @pytest.mark.slow

@@ -57,6 +57,7 @@ def test_nothing_that_computes_is_imported_for_a_refusal(tmp_path: Path) -> None
         ["sample", "--model", str(tmp_path / "absent.json"), a],
         ["predict", "--posterior", str(tmp_path), a],
         ["design", "--posterior", str(tmp_path)],
+        ["design", "--posterior", a],
     ]
     (case / "verdict.json").write_text('{"schema": "bayes-hw/verdict/1", "answer": "friction"}')
     no_files = [["validate", str(tmp_path / "absent.json")], ["validate", str(case / "verdict.json")]]

@@ -21,6 +21,7 @@ from bayes_hw.commands.records import axis_name, in_asked_units, records_of
 from bayes_hw.commands.report_cause import CORRECTED_FILES, report_cause, suspicions
 from bayes_hw.commands.speech import say, say_estimate, say_page, warn
 from bayes_hw.files import check_output_file, check_output_folder, staged, write_csv
+from bayes_hw.gap.any_corrected import corrected_file
 from bayes_hw.gap.joint.answer.corrected_model import predict_corrected, read_corrected
 from bayes_hw.identify.validation import evaluate
 from bayes_hw.infer.inference import discard_checkpoint, infer, said_of
@@ -173,9 +174,11 @@ def sample_command(parsed: argparse.Namespace) -> None:
 def predict_command(parsed: argparse.Namespace) -> None:
     """bayes-hw predict."""
     out = Path(parsed.out)
-    kept = [Path(parsed.posterior) / name for name in ("posterior.nc", "posterior.json", "corrected.json")]
-    check_output_file(out, [Path(parsed.record), *kept], ".csv")
-    corrected = read_corrected(kept[2]) if kept[2].is_file() and not kept[0].is_file() else None
+    place = Path(parsed.posterior)
+    kept = [place / name for name in ("posterior.nc", "posterior.json", "corrected.json")]
+    check_output_file(out, [Path(parsed.record), place, *kept], ".csv")
+    path = corrected_file(place)
+    corrected = None if path is None else read_corrected(path)
     if corrected is not None:
         _predict_corrected(parsed, out, corrected)
         return

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--posterior",
         required=True,
         metavar="DIR",
-        help="the --out folder of bayes-hw sample, report or diagnose",
+        help="the --out folder of bayes-hw sample, report or diagnose, or a corrected.json",
     )
     parser.add_argument(
         "--controller",

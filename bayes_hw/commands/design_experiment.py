@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--posterior",
         required=True,
         metavar="DIR",
-        help="the --out folder of bayes-hw sample, report or diagnose: what is known now",
+        help="the --out folder of bayes-hw sample, report or diagnose, or a corrected.json: what is known",
     )
     parser.add_argument(
         "--about",

@@ -11,9 +11,10 @@ from bayes_hw.errors import InputError
 ALONE = ("simulate", "predict")
 """Commands that take a command without any output."""
 
-
+GIVE_A_POSTERIOR = "give the --out folder of `bayes-hw sample`, `report` or `diagnose`"
 POSTERIORS = ("posterior.nc", "corrected.json", "verdict.json")
-"""One of these is in a folder that --posterior may name."""
+"""One of these is in a folder that --posterior may name; a file that is named stands for its folder, or is a
+corrected.json."""
 
 
 def refuse_early(parsed: argparse.Namespace) -> None:
@@ -31,10 +32,8 @@ def refuse_early(parsed: argparse.Namespace) -> None:
 
         content = read_json(Path(model), GIVE_A_MODEL)
     posterior = getattr(parsed, "posterior", None)
-    if isinstance(posterior, str) and not any((Path(posterior) / name).is_file() for name in POSTERIORS):
-        raise InputError(
-            f"{Path(posterior) / POSTERIORS[0]}: missing; give the --out folder of `bayes-hw sample`"
-        )
+    if isinstance(posterior, str):
+        parsed.posterior = _posterior_place(Path(posterior))
     if "time" not in parsed or parsed.command == "convert":
         return
     fitted, held_out = _paths(parsed)
@@ -74,6 +73,20 @@ def refuse_early(parsed: argparse.Namespace) -> None:
             check_scale(record)
         for record in others:
             check_rate(record, rate_hz, "the model")
+
+
+def _posterior_place(given: Path) -> str:
+    """The folder of a posterior, or a corrected.json; raises InputError where `given` is neither."""
+    if given.is_file():
+        from bayes_hw.files import read_json
+
+        content = read_json(given, GIVE_A_POSTERIOR) if given.suffix.lower() == ".json" else None
+        if isinstance(content, dict) and "effects" in content:
+            return str(given)
+        given = given.parent
+    if not any((given / name).is_file() for name in POSTERIORS):
+        raise InputError(f"{given / POSTERIORS[0]}: missing; {GIVE_A_POSTERIOR}")
+    return str(given)
 
 
 def _paths(parsed: argparse.Namespace) -> tuple[list[str], list[str]]:

@@ -12,13 +12,22 @@ from bayes_hw.gap.joint.answer.corrected_axis import CORRECTED, SAMPLED, Correct
 from bayes_hw.gap.joint.answer.corrected_model import read_corrected
 
 
-def read_corrected_axis(folder: Path | str) -> AxisWithEffects | None:
-    """Of a folder that `diagnose` or `report` wrote; None where it holds a sampled posterior or neither.
+def corrected_file(place: Path) -> Path | None:
+    """The corrected.json that `place` is, or that it holds as a folder without a sampled posterior."""
+    if place.is_file():
+        return place
+    path = place / CORRECTED
+    return path if path.is_file() and not (place / SAMPLED).is_file() else None
+
+
+def read_corrected_axis(place: Path | str) -> AxisWithEffects | None:
+    """Of a corrected.json, or of a folder that `diagnose` or `report` wrote; None where a folder holds a
+    sampled posterior or neither.
 
     Raises InputError where corrected.json is damaged.
     """
-    path = Path(folder) / CORRECTED
-    if (Path(folder) / SAMPLED).is_file() or not path.is_file():
+    path = corrected_file(Path(place))
+    if path is None:
         return None
     data = read_corrected(path)
     if data is None:
