@@ -246,11 +246,11 @@ def _longest_run(y: FloatArray) -> tuple[int, int]:
 
 
 def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """An output whose speed has nothing of the command at any frequency, as where the drive was off."""
+    """An output that has nothing of the command, nor its speed at any frequency, as where the drive was off."""
     forward = following(u, y, rate_hz)
     if forward is None or len(u) < FEWEST_TO_TELL or forward.gain > 0:
         return None
-    if integral_regression(u, y, rate_hz).is_moved:
+    if integral_regression(u, y, rate_hz).is_moved or level_regression(u, y).is_moved:
         return None
     return Finding(
         "unrelated",

@@ -169,10 +169,10 @@ def refuse_faults(
         if later and finding.kind in RELATIONS:
             continue
         if finding.severity == "fatal" and finding.kind not in accepted:
-            raise InputError(
-                f"{record.source or record.name}: {finding}; bayes-hw inspect prints the command that reads "
-                f"it; if it is so, give --accept {finding.kind}"
-            )
+            remedy = "; bayes-hw inspect prints the command that reads it"
+            if f"--accept {finding.kind}" not in finding.remedy:
+                remedy += f"; if it is so, give --accept {finding.kind}"
+            raise InputError(f"{record.source or record.name}: {finding}{remedy}")
 
 
 def sampler_settings(parsed: argparse.Namespace) -> SamplerSettings:
