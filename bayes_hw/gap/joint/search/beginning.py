@@ -124,18 +124,17 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
 def _first_labels(base: JointFit) -> list[JointFit]:
     """The best explanations by one label. Where noise of high order is left, also over G with a pole that
     lasts, if it has none: torques may move the axis for good where commands do not. Where they leave most of
-    what such noise holds also by laws that look at the states of G from the first step on: what such a law
-    does shows to no step that begins without them, if G stands in for much of it."""
+    what such noise holds, or none could be verified, also by laws that look at the states of G from the first
+    step on: what such a law does shows to no step that begins without them if G stands in for much of it, and
+    leaves noise that is nearly white."""
     found = one_more(base)
-    if not leaves_a_cause(base):
-        return found
     over = base
-    for lasting in with_lasting_pole(base):
+    for lasting in with_lasting_pole(base) if leaves_a_cause(base) else []:
         further = one_more(lasting)
         found += further
         over = lasting if found and highest(found) in further else base
     gained = max((trial.score - base.score for trial in found), default=0.0)
-    if gained <= SHOWN * coloured_nats(base):
+    if gained <= max(VERIFIED_NATS, SHOWN * coloured_nats(base)):
         found += every_law(over)
     best: dict[str, JointFit] = {}
     for trial in sorted(found, key=lambda t: -t.score):

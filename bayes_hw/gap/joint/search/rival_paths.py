@@ -182,11 +182,13 @@ def with_exchanged_laws(
         for fit in fits
         if np.isfinite(fit.score) and not is_hidden_friction(fit)
     ]
-    best = plainly_named(best_of_each_label([*paths, *by_exchange]))
+    best = best_of_each_label([*paths, *by_exchange])
+    # The others' G was pruned with their own laws.
+    best = each(lambda path: replace(path, fit=pruned(path.fit)) if path in by_exchange else path, best)
     for path in best:
-        if path in by_exchange:
+        if path not in paths:
             told(f"{log_evidence(path.gained)} by an exchange: {described(path.fit)}")
-    return best
+    return plainly_named(best)
 
 
 def best_of_each_label(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
