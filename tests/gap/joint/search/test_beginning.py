@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.search.beginning import (
     Beginning,
     with_lasting_pole,
 )
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import Point, evaluate
 
 BASE = 100.0
@@ -68,15 +69,21 @@ def test_a_line_that_leads_is_taken_out_first() -> None:
 
 
 @pytest.mark.parametrize(
-    ("colour", "asked"),
-    [(1000.0, True), (30.0 / SHOWN - 1, False), (50.0, False)],
-    ids=["hidden", "shown", "white"],
+    ("colour", "gained", "asked"),
+    [
+        (1000.0, 30.0, True),
+        (30.0 / SHOWN - 1, 30.0, False),
+        (50.0, 30.0, False),
+        (0.0, VERIFIED_NATS + 1, False),
+        (0.0, VERIFIED_NATS - 1, True),
+    ],
+    ids=["hidden", "shown", "white", "verifiable", "nothing"],
 )
 def test_laws_over_the_states_are_begun_where_labels_leave_most(
-    colour: float, asked: bool, monkeypatch: pytest.MonkeyPatch
+    colour: float, gained: float, asked: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of every label the better of both ways stays."""
-    at_first = [_fit(30.0), _fit(10.0, "wind"), _fit(5.0, label="backlash")]
+    """Or where none could be verified; of every label the better of both ways stays."""
+    at_first = [_fit(gained), _fit(10.0, "wind"), _fit(5.0, label="backlash")]
     laws = [_fit(20.0), _fit(400.0, label="backlash")]
     monkeypatch.setattr(beginning, "one_more", lambda _: list(at_first))
     monkeypatch.setattr(beginning, "with_lasting_pole", lambda _: [])

@@ -9,10 +9,11 @@ import pytest
 from joint_axis import CASCADE, STRUCTURE, form, measured, scale, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.other_cascades import with_pole
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
-from bayes_hw.gap.joint.search import sight
+from bayes_hw.gap.joint.search import rival_paths, sight
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
 from bayes_hw.gap.joint.search.rival_paths import (
@@ -20,6 +21,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     best_of_each_label,
     each_alone,
     plainly_named,
+    with_exchanged_laws,
     with_labels_exchanged,
 )
 from bayes_hw.identify.cascade import CascadeValues
@@ -123,6 +125,20 @@ def test_of_every_label_the_path_that_gains_most_stays_and_what_explains_nothing
     stuck = _path(records, ELSEWHERE, GAP)
     assert stuck.gained < gap.gained
     assert best_of_each_label([stuck, bare, rub, gap]) == [gap, rub]
+
+
+def test_a_law_that_is_exchanged_keeps_no_pole_that_its_own_does_not_need(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It begins over the G that stood in for it, which has more poles than the one beside its rival."""
+    records = measured((RUB,), SAMPLES, (1,))
+    rub, gap = _path(records, CASCADE, RUB), _path(records, CASCADE, GAP)
+    monkeypatch.setattr(rival_paths, "exchanged", lambda _: [])
+    monkeypatch.setattr(rival_paths, "begun_in_its_place", lambda *_: [with_pole(rub.fit, 0.5)])
+    found = with_exchanged_laws([gap], [], silent)[-1]
+    assert found.begun_with == "friction"
+    assert found.fit.structure.order == rub.fit.structure.order
+    assert found.gained >= rub.gained
 
 
 def test_friction_under_another_name_is_no_path_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
