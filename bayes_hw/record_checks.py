@@ -246,7 +246,7 @@ def _longest_run(y: FloatArray) -> tuple[int, int]:
 
 
 def unrelated(u: FloatArray, y: FloatArray, rate_hz: float) -> Finding | None:
-    """An output that has nothing of the command, nor its speed at any frequency, as where the drive was off."""
+    """An output that has nothing of the command, nor its speed anywhere, as where the drive was off."""
     forward = following(u, y, rate_hz)
     if forward is None or len(u) < FEWEST_TO_TELL or forward.gain > 0:
         return None
