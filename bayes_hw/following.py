@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.integral_regression import integral_regression
 
 FEWEST_SAMPLES = 128
 MOST_SAMPLES = 2**15
@@ -148,10 +149,16 @@ def relation(command: FloatArray, angle: FloatArray, rate_hz: float) -> Relation
         return "swapped"
     if forward.is_forward:
         return "follows"
-    if forward.is_opposed and forward.correlation > CERTAIN:
+    if forward.is_opposed and forward.correlation > CERTAIN and _runs_back(command, angle, rate_hz):
         return "inverted"
     leads = forward.is_clear and LEADS <= forward.phase_deg <= OPPOSED
     return "derivative" if leads else "unclear"
+
+
+def _runs_back(command: FloatArray, angle: FloatArray, rate_hz: float) -> bool:
+    """Whether the angle's level falls as the command's integral rises: beyond a resonance an angle runs against
+    a command that it follows in the long run."""
+    return integral_regression(command, angle, rate_hz).correlation < 0
 
 
 def _is_rather(one: Following, other: Following) -> bool:

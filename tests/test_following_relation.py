@@ -63,6 +63,17 @@ def test_gain_is_that_below_the_mode(kind: str) -> None:
     assert faster is not None and faster.gain == pytest.approx(10 * found.gain)
 
 
+def test_beyond_a_mode_an_angle_that_runs_against_its_command_is_not_inverted() -> None:
+    """A command that holds nearly one frequency, above the mode: its speed is opposed there, and no record at
+    lower frequencies says otherwise."""
+    t = np.arange(SAMPLES) / RATE_HZ
+    u = np.where(t > 2, 0.5 * np.sin(2 * np.pi * 2.0 * (t - 2)) * (1 + 0.5 * np.sin(0.3 * t)), 0.0)
+    y = axis(u, 1.0, 7)
+    found = following(u, y, RATE_HZ)
+    assert found is not None and found.is_opposed
+    assert relation(u, y, RATE_HZ) != "inverted"
+
+
 def test_a_late_angle_is_not_opposed() -> None:
     """Two seconds late: the phase is taken back to zero frequency."""
     u = COMMANDS["steps"]
