@@ -156,8 +156,8 @@ def relation(command: FloatArray, angle: FloatArray, rate_hz: float) -> Relation
 
 
 def _runs_back(command: FloatArray, angle: FloatArray, rate_hz: float) -> bool:
-    """Whether the angle's level falls as the command's integral rises: beyond a resonance an angle runs against
-    a command that it follows in the long run."""
+    """Whether the angle's level falls as the command's integral rises: beyond a resonance an angle runs
+    against a command that it follows in the long run."""
     return integral_regression(command, angle, rate_hz).correlation < 0
 
 
