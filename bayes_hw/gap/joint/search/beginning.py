@@ -20,7 +20,7 @@ from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_cause
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
-from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
 from bayes_hw.identify.cascade_roots import poles_of
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
@@ -74,7 +74,7 @@ class Beginning:
             readings = read_faults(base)
             if readings.nats:
                 base = weighted(base, readings.weights)
-        return cls(base, readings, known, tuple(_first_labels(base)), tone_in(base), unfinished)
+        return cls(base, readings, known, tuple(_first_labels(base, readings)), tone_in(base), unfinished)
 
     @property
     def leading_tone(self) -> Tone | None:
@@ -121,7 +121,7 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     return base, readings
 
 
-def _first_labels(base: JointFit) -> list[JointFit]:
+def _first_labels(base: JointFit, readings: Readings) -> list[JointFit]:
     """The best explanations by one label. Where noise of high order is left, also over G with a pole that
     lasts, if it has none: torques may move the axis for good where commands do not. Where they leave most of
     what such noise holds, or none could be verified, also by laws that look at the states of G from the first
@@ -133,8 +133,8 @@ def _first_labels(base: JointFit) -> list[JointFit]:
         further = one_more(lasting)
         found += further
         over = lasting if found and highest(found) in further else base
-    gained = max((trial.score - base.score for trial in found), default=0.0)
-    if gained <= max(VERIFIED_NATS, SHOWN * coloured_nats(base)):
+    asked = SHOWN * coloured_nats(base)
+    if all(trial.score - base.score <= max(asked, asked_of(trial, base, readings)) for trial in found):
         found += every_law(over)
     best: dict[str, JointFit] = {}
     for trial in sorted(found, key=lambda t: -t.score):

@@ -27,6 +27,7 @@ from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import Point, evaluate
 
 BASE = 100.0
+READINGS = cast(Readings, None)
 
 
 def _fit(gained: float, cause: str | None = None, colour: float = 0.0, label: str = "friction") -> JointFit:
@@ -37,13 +38,14 @@ def _fit(gained: float, cause: str | None = None, colour: float = 0.0, label: st
 
 
 def _begun(colour: float, *trials: JointFit, tone: Tone | None = None) -> Beginning:
-    return Beginning(_fit(0.0, colour=colour), cast(Readings, None), (), trials, tone, unfinished=False)
+    return Beginning(_fit(0.0, colour=colour), READINGS, (), trials, tone, unfinished=False)
 
 
 @pytest.fixture(autouse=True)
 def _colour(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(beginning, "coloured_nats", lambda fit: fit.colour)
     monkeypatch.setattr(beginning, "leaves_a_cause", lambda fit: fit.colour > 60.0)
+    monkeypatch.setattr(beginning, "asked_of", lambda *_: VERIFIED_NATS)
 
 
 @pytest.mark.parametrize(("second", "expected"), [(FOLLOWED_SHARE * 200 - 1, True), (199.0, False)])
@@ -88,7 +90,7 @@ def test_laws_over_the_states_are_begun_where_labels_leave_most(
     monkeypatch.setattr(beginning, "one_more", lambda _: list(at_first))
     monkeypatch.setattr(beginning, "with_lasting_pole", lambda _: [])
     monkeypatch.setattr(beginning, "every_law", lambda _: list(laws))
-    found = beginning._first_labels(_fit(0.0, colour=colour))
+    found = beginning._first_labels(_fit(0.0, colour=colour), READINGS)
     expected = [laws[1], at_first[0], at_first[1]] if asked else at_first
     assert [id(fit) for fit in found] == [id(fit) for fit in expected]
 
@@ -121,10 +123,10 @@ def test_labels_begin_over_a_pole_that_lasts_too(leads: bool, monkeypatch: pytes
         return []
 
     monkeypatch.setattr(beginning, "every_law", laws)
-    found = beginning._first_labels(base)
+    found = beginning._first_labels(base, READINGS)
     assert found == ([over[0], plain[1]] if leads else plain)
     assert asked == [lasting if leads else base]
-    assert beginning._first_labels(_fit(0.0)) == plain
+    assert beginning._first_labels(_fit(0.0), READINGS) == plain
 
 
 def _bare(samples: int) -> tuple[JointResponse, Point]:
