@@ -44,9 +44,17 @@ class SpeedNoise:
 
 
 def speeds(fit: JointFit) -> list[FloatArray]:
-    """Simulated steps of the output, output units a sample, by central differences."""
+    """Simulated speeds of the output, output units a sample: the root mean square of the steps to a sample and
+    from it, with the sign of both together. Where the axis turns within a sample it has not come to rest."""
     values = fit.values
-    return [np.gradient(fit.response.along(values, i).y) for i in range(len(fit.response.records))]
+    return [signed_speed(fit.response.along(values, i).y) for i in range(len(fit.response.records))]
+
+
+def signed_speed(y: FloatArray) -> FloatArray:
+    """Of every sample (samples,) of an angle."""
+    before, after = np.diff(y, prepend=y[:1]), np.diff(y, append=y[-1:])
+    before[0], after[-1] = after[0], before[-1]
+    return np.where(before + after < 0, -1.0, 1.0) * np.sqrt((before**2 + after**2) / 2)
 
 
 def less_for_tails(nats: float, white: FloatArray) -> float:
