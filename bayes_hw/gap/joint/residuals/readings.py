@@ -44,8 +44,8 @@ class SpeedNoise:
 
 
 def speeds(fit: JointFit) -> list[FloatArray]:
-    """Simulated speeds of the output, output units a sample: the root mean square of the steps to a sample and
-    from it, with the sign of both together. Where the axis turns within a sample it has not come to rest."""
+    """Simulated speeds of the output, output units a sample: the root mean square of the steps to a sample
+    and from it, with the sign of both together. Where the axis turns within a sample it is not at rest."""
     values = fit.values
     return [signed_speed(fit.response.along(values, i).y) for i in range(len(fit.response.records))]
 
