@@ -26,7 +26,7 @@ NEAR = 0.5
 """Of what several labels gain, from which one that begins alone is followed."""
 
 MOST_EXCHANGES = 2
-"""Labels of one explanation that are exchanged for others, one after another."""
+"""Laws or labels of one explanation that are exchanged for others, one after another."""
 
 LARGE_ORDER = 8
 """Of G, above which it is pruned before its effect is given what it asks for."""
@@ -168,8 +168,30 @@ def with_exchanged_laws(
 ) -> list[FollowedPath]:
     """Of every label the best that it or an exchange of another one's law reaches, or one begun in the place
     of the leading one's, without which any of those that are `known` may be best; friction by its own name.
+    A law that leads by an exchange has a G of its own, beside which another may do better still: its own is
+    exchanged in turn.
     """
-    leading = max(paths, key=lambda path: path.gained, default=None)
+    begun, leading = list(paths), None
+    for _ in range(MOST_EXCHANGES):
+        ahead = max(begun, key=lambda path: path.gained, default=None)
+        if ahead is None or ahead is leading:
+            break
+        exchanging = begun if leading is None else [ahead]
+        leading, before = ahead, begun
+        begun = _exchanged(exchanging, leading, before, known)
+        for path in begun:
+            if path not in before:
+                told(f"{log_evidence(path.gained)} by an exchange: {described(path.fit)}")
+    return plainly_named(begun)
+
+
+def _exchanged(
+    exchanging: Sequence[FollowedPath],
+    leading: FollowedPath,
+    paths: Sequence[FollowedPath],
+    known: Sequence[JointFit],
+) -> list[FollowedPath]:
+    """Of every label the best of the `paths` and of what those that are `exchanging` reach at once."""
 
     def others(path: FollowedPath) -> list[JointFit]:
         return exchanged(path.fit) + (
@@ -178,17 +200,13 @@ def with_exchanged_laws(
 
     by_exchange = [
         replace(path, fit=as_seen(fit))
-        for path, fits in zip(paths, each(others, paths), strict=True)
+        for path, fits in zip(exchanging, each(others, exchanging), strict=True)
         for fit in fits
         if np.isfinite(fit.score) and not is_hidden_friction(fit)
     ]
     best = best_of_each_label([*paths, *by_exchange])
     # The others' G was pruned with their own laws.
-    best = each(lambda path: replace(path, fit=pruned(path.fit)) if path in by_exchange else path, best)
-    for path in best:
-        if path not in paths:
-            told(f"{log_evidence(path.gained)} by an exchange: {described(path.fit)}")
-    return plainly_named(best)
+    return each(lambda path: replace(path, fit=pruned(path.fit)) if path in by_exchange else path, best)
 
 
 def best_of_each_label(paths: Sequence[FollowedPath]) -> list[FollowedPath]:

@@ -17,6 +17,7 @@ from bayes_hw.gap.joint.search import rival_paths, sight
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.joint_search import silent
 from bayes_hw.gap.joint.search.rival_paths import (
+    MOST_EXCHANGES,
     begun_anew,
     best_of_each_label,
     each_alone,
@@ -139,6 +140,26 @@ def test_a_law_that_is_exchanged_keeps_no_pole_that_its_own_does_not_need(
     assert found.begun_with == "friction"
     assert found.fit.structure.order == rub.fit.structure.order
     assert found.gained >= rub.gained
+
+
+def test_a_law_that_leads_by_an_exchange_is_exchanged_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What its G leaves, another one takes; none is exchanged more than twice."""
+    records = measured((RUB,), SAMPLES, (1,))
+    stuck, gap = _path(records, ELSEWHERE, GAP), _path(records, CASCADE, GAP)
+    rub = _path(records, CASCADE, RUB)
+    assert stuck.gained < gap.gained < rub.gained
+    asked: list[JointFit] = []
+
+    def exchanged(fit: JointFit) -> list[JointFit]:
+        asked.append(fit)
+        return [gap.fit] if fit is stuck.fit else [rub.fit]
+
+    monkeypatch.setattr(rival_paths, "exchanged", exchanged)
+    monkeypatch.setattr(rival_paths, "begun_in_its_place", lambda *_: [])
+    monkeypatch.setattr(rival_paths, "pruned", lambda fit: fit)
+    found = with_exchanged_laws([stuck], [], silent)
+    assert found[-1].begun_with == "friction" and found[-1].gained == rub.gained
+    assert len(asked) == MOST_EXCHANGES
 
 
 def test_friction_under_another_name_is_no_path_beside_friction(monkeypatch: pytest.MonkeyPatch) -> None:
