@@ -145,14 +145,14 @@ def test_a_law_that_is_exchanged_keeps_no_pole_that_its_own_does_not_need(
 def test_a_law_that_leads_by_an_exchange_is_exchanged_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     """What its G leaves, another one takes; none is exchanged more than twice."""
     records = measured((RUB,), SAMPLES, (1,))
-    stuck, gap = _path(records, ELSEWHERE, GAP), _path(records, CASCADE, GAP)
-    rub = _path(records, CASCADE, RUB)
-    assert stuck.gained < gap.gained < rub.gained
+    stuck, rub = _path(records, ELSEWHERE, GAP), _path(records, CASCADE, RUB)
+    near = _path(records, replace(CASCADE, upper=1.01 * CASCADE.upper), RUB)
+    assert stuck.gained < near.gained < rub.gained
     asked: list[JointFit] = []
 
     def exchanged(fit: JointFit) -> list[JointFit]:
         asked.append(fit)
-        return [gap.fit] if fit is stuck.fit else [rub.fit]
+        return [near.fit] if fit is stuck.fit else [rub.fit]
 
     monkeypatch.setattr(rival_paths, "exchanged", exchanged)
     monkeypatch.setattr(rival_paths, "begun_in_its_place", lambda *_: [])
