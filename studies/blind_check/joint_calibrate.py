@@ -25,7 +25,10 @@ FACTORS = np.exp(np.linspace(-1.6, 1.6, 17))
 ROUNDS = 4
 LEAST = 1e-4
 LARGEST = 0.9
-"""Of constants that are probabilities."""
+"""Of constants that are probabilities or shares."""
+
+UNBOUNDED = ("nats", "times", "colour")
+"""What the names of other constants begin with."""
 
 STATED_GIVEN = (*LABEL_BLOCKS, "other", "none")
 STATED = tuple(label for label in STATED_GIVEN if label not in PART_OF_G)
@@ -105,7 +108,7 @@ def log_deviations(
 def _moved(calibration: Constants, name: str) -> list[Constants]:
     """With one constant times each of FACTORS."""
     tried = getattr(calibration, name) * FACTORS
-    if not name.startswith("nats"):
+    if not name.startswith(UNBOUNDED):
         tried = np.minimum(tried, LARGEST)
     return [replace(calibration, **{name: float(x)}) for x in tried]
 

@@ -20,23 +20,19 @@ from bayes_hw.identify.holes import with_holes
 @dataclass(frozen=True)
 class GivenCalibration(JointCalibration):
     """Those around a model: G as given cannot take up an effect, so they are not those of records alone.
-    `excess_doubt` is the doubt of `other` where more is left than the noise that the model states.
+    `excess_doubt` is the doubt of `other` where more is left than the noise that the model states: from
+    `times_too_much` of it on (it is stated to 12 %), from `times_too_much_coloured` where what is left is of
+    higher order, as no right explanation leaves it. A label that leaves more than the share `most_left` of
+    the base's residual is not certain there.
     """
 
     FILE: ClassVar[str] = "given_calibration.json"
 
     excess_doubt: float
+    times_too_much: float
+    times_too_much_coloured: float
+    most_left: float
 
-
-TOO_MUCH = 1.5
-"""Root mean square residual over the stated noise from which something remains; noise is stated to 12 %."""
-
-TOO_MUCH_COLOURED = 1.25
-"""The same where the noise that is left is of higher order and not of its first: a right explanation leaves
-what the readings have."""
-
-MOST_LEFT = 0.7
-"""Of the base's residual: a label that removes less is not certain where much remains."""
 
 RANDOM = ("wind", "timing_jitter", "outliers", "encoder_quantization", "sensor_drift")
 """Labels whose effect stays in the residual."""
@@ -77,14 +73,15 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
     evidence = found.joint
     decided = decide(evidence, calibration, part_of_g=())
     coloured = evidence.remainder.coloured > COLOURED_NATS
+    too_much = calibration.times_too_much_coloured if coloured else calibration.times_too_much
     if (
-        not found.left > (TOO_MUCH_COLOURED if coloured else TOO_MUCH) * found.noise
+        not found.left > too_much * found.noise
         or OTHER in decided.answer
         or set(decided.answer) & set(RANDOM)
     ):
         return decided
     certain = [label for label in decided.answer if label in evidence.nats]
-    if found.left > MOST_LEFT * found.before:
+    if found.left > calibration.most_left * found.before:
         certain = []
     if sum(evidence.nats[label] > evidence.remainder.coloured for label in certain) == MOST_NAMED:
         # Two labels that each explain more than what is left are the answer, inexact as their forms are.

@@ -36,6 +36,12 @@ class JointCalibration:
     answer without, with `named_share` of that answer's probability. `unnamed_base` is the share that the axis
     without effects has of the draws of base parameters beside a law without a name. `beside_other` is the
     most that any label has beside an answer that is `other` alone, `least` the least that is stated.
+
+    A label beside one of the answer explains the records as well within `nats_as_good`. Beside a form without
+    a name a label is certain from the share `least_beside` of its nats on: no such form is exact, and what
+    mends it a little is no effect of its own. Noise that changes with the sample number by `nats_of_rhythm`
+    has a cause in the readings' electronics. Jitter may have caused `colour_of_jitter` nats of noise of high
+    order for every nat of its own.
     """
 
     FILE: ClassVar[str] = "joint_calibration.json"
@@ -64,6 +70,10 @@ class JointCalibration:
     unnamed_base: float
     beside_other: float
     least: float
+    nats_as_good: float
+    least_beside: float
+    nats_of_rhythm: float
+    colour_of_jitter: float
 
     def sure(self, nats: float, floor: float) -> float:
         """Probability of a label of so many nats, its doubt at least `floor`."""

@@ -70,23 +70,9 @@ class JointEvidence:
         )
 
 
-AS_GOOD = 15.0
-"""Nats within which a rival label explains the records as well."""
-
 LEAST_SHARE = 0.05
 """Of the probability of two labels: a rival that has less is not confusable with the other. Of all: an
 explanation that has less has none of the draws."""
-
-COLOUR_OF = {"encoder_quantization": np.inf, "timing_jitter": 1.0}
-"""Faults of the readings whose errors follow each other: nats of colour that may be theirs, for every nat of
-their own; a slow axis shows a staircase of any length."""
-
-RHYTHM_NATS = 20.0
-"""By which noise must change with the sample number to have a cause in the readings' electronics."""
-
-LEAST_BESIDE = 0.1
-"""Share of the nats of a form without a name from which a label beside it is certain: no such form is exact,
-and what mends it a little is no effect of its own."""
 
 MOST_NAMED = 2
 OTHER_CAUSE = {WIND: WALK, WALK: WIND}
@@ -115,12 +101,12 @@ def decide(
     calibration: JointCalibration | None = None,
     part_of_g: Sequence[str] = PART_OF_G,
 ) -> JointDecision:
-    """By the constants above, probabilities by those of `calibration` (built in unless given); with a given
-    model nothing is `part_of_g`."""
+    """By the constants of `calibration` (built in unless given); with a given model nothing is
+    `part_of_g`."""
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
-    if found.remainder.rhythm > RHYTHM_NATS:
+    if found.remainder.rhythm > calibration.nats_of_rhythm:
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)
         remains = max(remains, found.remainder.rhythm)
@@ -128,7 +114,9 @@ def decide(
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:
-        theirs = sum(share * evidence[label] for label, share in COLOUR_OF.items() if label in evidence)
+        # Errors of readings follow each other; a slow axis shows a staircase of any length.
+        theirs = np.inf if "encoder_quantization" in evidence else 0.0
+        theirs += calibration.colour_of_jitter * evidence.get("timing_jitter", 0.0)
         coloured = found.remainder.coloured - theirs
         if coloured > COLOURED_NATS:
             remains = max(remains, coloured)
@@ -136,17 +124,17 @@ def decide(
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
-        asked = LEAST_BESIDE if OTHER in found.nats else 1.0
+        asked = calibration.least_beside if OTHER in found.nats else 1.0
         certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
-    found_contests, confusable = contests(found, answer), []
+    found_contests, confusable = contests(found, answer, calibration.nats_as_good), []
     for named in dict.fromkeys(named for named, _, _ in found_contests):
         odds = {named: 1.0}
         for rival, lead in [(rival, lead) for one, rival, lead in found_contests if one == named]:
             causes = OTHER_CAUSE.get(named) == rival
             odds[rival] = calibration.odds(lead, found.own, causes)
-            if lead < AS_GOOD and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
+            if lead < calibration.nats_as_good and odds[rival] / (1 + odds[rival]) > LEAST_SHARE:
                 confusable.append((named, rival))
         together = min(sum(probability[label] for label in odds), 1.0)
         for label, odd in odds.items():
@@ -223,25 +211,32 @@ def _probabilities(
     return probability
 
 
-def contests(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
-    """Labels of the answer, rivals in place of each, and the nats by which it leads."""
+def contests(
+    found: JointEvidence, answer: tuple[str, ...], as_good: float
+) -> list[tuple[str, str, float]]:
+    """Labels of the answer, rivals in place of each, and the nats by which it leads; those that were not
+    followed to the end are rivals within `as_good` of it."""
     leads: dict[tuple[str, str], float] = {}
-    for named, rival, lead in (*_followed_rivals(found, answer), *_stand_ins(found, answer)):
+    for named, rival, lead in (*_followed_rivals(found, answer, as_good), *_stand_ins(found, answer, as_good)):
         leads[named, rival] = min(lead, leads.get((named, rival), np.inf))
     return [(named, rival, lead) for (named, rival), lead in leads.items()]
 
 
-def _stand_ins(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+def _stand_ins(
+    found: JointEvidence, answer: tuple[str, ...], as_good: float
+) -> list[tuple[str, str, float]]:
     """Beside another label of the answer, what is as good in the place of one."""
     return [
         (named, rival, lead)
         for named, leads in found.stand_ins.items()
         for rival, lead in leads.items()
-        if named in answer and rival not in answer and lead < AS_GOOD
+        if named in answer and rival not in answer and lead < as_good
     ]
 
 
-def _followed_rivals(found: JointEvidence, answer: tuple[str, ...]) -> list[tuple[str, str, float]]:
+def _followed_rivals(
+    found: JointEvidence, answer: tuple[str, ...], as_good: float
+) -> list[tuple[str, str, float]]:
     """Of effects, rivals that were followed to the end, and beside a single one those whose own best
     explanation is as good. Causes of the noise are rivals of each other."""
     named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
@@ -254,7 +249,7 @@ def _followed_rivals(found: JointEvidence, answer: tuple[str, ...]) -> list[tupl
         for label, nats in found.rivals.items()
         if label not in found.labels
         and nats > 0
-        and (label in found.followed or (alone and label != OTHER and nats > own - AS_GOOD))
+        and (label in found.followed or (alone and label != OTHER and nats > own - as_good))
     }
     caused = {label: OTHER_CAUSE[label] for label in rivals if OTHER_CAUSE.get(label) in found.labels}
     instead_of = {label: caused.get(label, named) for label in rivals}
