@@ -211,20 +211,19 @@ def _probabilities(
     return probability
 
 
-def contests(
-    found: JointEvidence, answer: tuple[str, ...], as_good: float
-) -> list[tuple[str, str, float]]:
+def contests(found: JointEvidence, answer: tuple[str, ...], as_good: float) -> list[tuple[str, str, float]]:
     """Labels of the answer, rivals in place of each, and the nats by which it leads; those that were not
     followed to the end are rivals within `as_good` of it."""
     leads: dict[tuple[str, str], float] = {}
-    for named, rival, lead in (*_followed_rivals(found, answer, as_good), *_stand_ins(found, answer, as_good)):
+    for named, rival, lead in (
+        *_followed_rivals(found, answer, as_good),
+        *_stand_ins(found, answer, as_good),
+    ):
         leads[named, rival] = min(lead, leads.get((named, rival), np.inf))
     return [(named, rival, lead) for (named, rival), lead in leads.items()]
 
 
-def _stand_ins(
-    found: JointEvidence, answer: tuple[str, ...], as_good: float
-) -> list[tuple[str, str, float]]:
+def _stand_ins(found: JointEvidence, answer: tuple[str, ...], as_good: float) -> list[tuple[str, str, float]]:
     """Beside another label of the answer, what is as good in the place of one."""
     return [
         (named, rival, lead)
