@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import gammaln
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.sensitivity_kernel import whiten
@@ -18,11 +19,13 @@ class Whitener:
     """Exact innovations of a stationary autoregression of order p, up to the scale of the last.
 
     `coefficients` (p + 1, p): row j holds the predictor from j samples. `scales` (p + 1,): the innovations'
-    standard deviations over that of order p, the first larger than one.
+    standard deviations over that of order p, the first larger than one. Innovations are Student t with
+    `degrees_of_freedom` (Lange, Little and Taylor 1989, doi 10.2307/2290063), normal where they are infinite.
     """
 
     coefficients: FloatArray
     scales: FloatArray
+    degrees_of_freedom: float = field(default=np.inf, kw_only=True)
     _bridges: dict[tuple[int, bytes], Bridges] = field(default_factory=dict, kw_only=True, repr=False)
 
     @classmethod
@@ -89,12 +92,51 @@ class Whitener:
     def log_likelihood(
         self, residuals: Sequence[FloatArray], masks: Sequence[BoolArray] | None = None
     ) -> float:
-        """Exact Gaussian log-likelihood of what was measured, the innovations' variance at its maximum."""
+        """Log-likelihood of what was measured, the innovations' scale at its maximum: exact where they are
+        normal; of t, as though samples at a beginning or behind a hole were t too."""
         samples = measured_count(residuals, masks)
-        squares, logarithms = 0.0, len(residuals) * float(np.sum(np.log(self.scales[:-1])))
+        squares, logarithms = [], len(residuals) * float(np.sum(np.log(self.scales[:-1])))
         for i, e in enumerate(residuals):
             innovations, change = self._applied(e[None, :], 0, mask_of(masks, i))
-            squares += float(np.sum(innovations**2))
+            squares.append(innovations[0] ** 2)
             logarithms += change
-        variance = max(squares / samples, np.finfo(float).tiny)
-        return -0.5 * samples * (np.log(2 * np.pi * variance) + 1) - logarithms
+        if np.isinf(self.degrees_of_freedom):
+            variance = max(sum(float(np.sum(a)) for a in squares) / samples, np.finfo(float).tiny)
+            return -0.5 * samples * (np.log(2 * np.pi * variance) + 1) - logarithms
+        measured = [mask_of(masks, i) for i in range(len(squares))]
+        known = [a if mask is None else a[mask] for a, mask in zip(squares, measured, strict=True)]
+        return log_likelihood_of_t(np.concatenate(known), self.degrees_of_freedom) - logarithms
+
+    def counted(self, innovations: FloatArray) -> FloatArray:
+        """How much innovations (samples,) count in a step of least squares, zeros those of no reading."""
+        if np.isinf(self.degrees_of_freedom):
+            return np.ones_like(innovations)
+        squares, degrees = innovations**2, self.degrees_of_freedom
+        return _weights(squares, t_variance(squares[squares > 0], degrees), degrees)
+
+
+SCALE_ITERATIONS = 20
+"""Of the fixed point that gives the scale of t."""
+
+
+def t_variance(squares: FloatArray, degrees_of_freedom: float) -> float:
+    """Square of the scale of t at its maximum, of squares (samples,) of what is distributed so."""
+    if not len(squares):
+        return 1.0
+    variance = float(np.median(squares))
+    for _ in range(SCALE_ITERATIONS):
+        variance = max(variance, float(np.finfo(float).tiny))
+        variance = float(np.mean(_weights(squares, variance, degrees_of_freedom) * squares))
+    return max(variance, float(np.finfo(float).tiny))
+
+
+def log_likelihood_of_t(squares: FloatArray, degrees_of_freedom: float) -> float:
+    """Of squares (samples,) of what is distributed so, the scale at its maximum."""
+    n, half = degrees_of_freedom, 0.5 * (degrees_of_freedom + 1)
+    variance = t_variance(squares, n)
+    one = gammaln(half) - gammaln(0.5 * n) - 0.5 * np.log(np.pi * n * variance)
+    return float(len(squares) * one - half * np.sum(np.log1p(squares / (n * variance))))
+
+
+def _weights(squares: FloatArray, variance: float, degrees_of_freedom: float) -> FloatArray:
+    return np.asarray((degrees_of_freedom + 1) / (degrees_of_freedom + squares / variance))

@@ -173,11 +173,17 @@ def whitened_blocks(response: Response, coordinates: FloatArray, whitener: White
         yield whitener.apply(rows, first, measured)
 
 
+def counted_blocks(response: Response, coordinates: FloatArray, whitener: Whitener) -> Iterator[FloatArray]:
+    """`whitened_blocks`, every sample by how much it counts: as much as any other where noise is normal."""
+    for block in whitened_blocks(response, coordinates, whitener):
+        yield block if np.isinf(whitener.degrees_of_freedom) else block * np.sqrt(whitener.counted(block[-1]))
+
+
 def triangular_factor(response: Response, point: Point) -> FloatArray:
     """R (size + 1, size + 1) of the whitened derivatives and residual less what free levels explain of them,
     without holding all of them."""
     factor: FloatArray | None = None
-    for block in whitened_blocks(response, point.coordinates, point.whitener):
+    for block in counted_blocks(response, point.coordinates, point.whitener):
         stacked = block.T if factor is None else np.concatenate([factor, block.T])
         if not np.isfinite(stacked).all() or np.abs(stacked).max(initial=0.0) > LARGEST_DERIVATIVE:
             raise FloatingPointError("derivatives are not finite, or their squares are not")
@@ -199,7 +205,7 @@ def normal_matrix(response: Response, point: Point) -> FloatArray:
     It loses half of R's digits, which a step damped by LEAST_DAMPING or more does not need.
     """
     found: FloatArray | None = None
-    for block in whitened_blocks(response, point.coordinates, point.whitener):
+    for block in counted_blocks(response, point.coordinates, point.whitener):
         with np.errstate(all="ignore"):
             products = block @ block.T
         found = products if found is None else found + products

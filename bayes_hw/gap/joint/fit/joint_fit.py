@@ -106,11 +106,18 @@ class JointFit:
     def said_of_g(self) -> list[str]:
         """Where G is from, and so what can be no gap of it."""
         order, delay = self.structure.order, self.structure.delay_samples
-        return [
+        said = [
             "no model was given: the structure of G, effects and noise were inferred together from the "
             f"records, G with {order} poles and {delay} samples of delay",
             "a longer delay or a further mode is part of such a G and cannot be a gap",
         ]
+        if self.has_heavy_tails:
+            said.append(
+                "rare large errors, such as how a reversal goes within some samples, count for little: the "
+                f"noise has heavy tails (Student t, {self.point.whitener.degrees_of_freedom:.3g} degrees of "
+                "freedom)"
+            )
+        return said
 
     @property
     def known_count(self) -> int:
@@ -132,6 +139,11 @@ class JointFit:
         """Of the noise without a cause; what a cause explains has the encoder's own left, of the first."""
         return self.point.whitener.order if self.response.cause is None else 1
 
+    @property
+    def has_heavy_tails(self) -> bool:
+        """Whether its innovations are Student t and not normal."""
+        return bool(np.isfinite(self.point.whitener.degrees_of_freedom))
+
     def factor(self) -> FloatArray:
         """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual."""
         return triangular_factor(self.response, self.point)
@@ -141,7 +153,7 @@ class JointFit:
         """How many numbers were fitted; noise of a cause has few that are free."""
         cause = self.response.cause
         noise = self.point.whitener.order if cause is None else cause.parameters
-        return self.response.size + noise + 1 + self.taken
+        return self.response.size + noise + int(self.has_heavy_tails) + 1 + self.taken
 
     @property
     def log_likelihood(self) -> float:

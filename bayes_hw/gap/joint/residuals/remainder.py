@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,7 +80,9 @@ def coloured_nats(fit: JointFit) -> float:
     if fit.response.cause is not None or fit.noise_order == 0:
         return 0.0
     longest = max(LONGEST_MEMORY, float(np.exp(-1 / (LONGEST_MEMORY_S * fit.response.scale.rate_hz))))
-    own = first_order_noise(point.residuals, longest)
+    own = replace(
+        first_order_noise(point.residuals, longest), degrees_of_freedom=point.whitener.degrees_of_freedom
+    )
     gained = point.whitener.log_likelihood(point.residuals, point.masks)
     gained -= own.log_likelihood(point.residuals, point.masks)
     return gained - 0.5 * (fit.noise_order - 1) * float(np.log(point.samples))

@@ -33,7 +33,8 @@ class JointResponse:
     """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
     effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
     `steps` steps a sample; coordinates are those of samples, however many. The noise is that of the `cause`
-    where there is one, else a free autoregression."""
+    where there is one, which is normal, else a free autoregression whose innovations are Student t with
+    `degrees_of_freedom`, normal where they are infinite."""
 
     structure: Structure
     template: tuple[Effect, ...]
@@ -42,6 +43,7 @@ class JointResponse:
     weights: tuple[FloatArray, ...] | None = None
     steps: int = 1
     cause: SlowNoise | None = None
+    degrees_of_freedom: float = np.inf
 
     @cached_property
     def _cascade(self) -> CascadeResponse:
@@ -189,7 +191,8 @@ class JointResponse:
     def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
         """Of the cause, or an autoregression of order up to `most`."""
         if self.cause is None:
-            return Whitener.of_residuals(residuals, most)
+            free = Whitener.of_residuals(residuals, most)
+            return replace(free, degrees_of_freedom=self.degrees_of_freedom)
         return self.cause.of(residuals, previous)
 
     def along(self, values: JointValues, number: int) -> Simulated:

@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit, highest
 from bayes_hw.gap.joint.fit.other_cascades import with_pole
 from bayes_hw.gap.joint.fit.structure_moves import regrown
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
+from bayes_hw.gap.joint.residuals.heavy_tails import with_heavy_tails
 from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
@@ -102,7 +103,8 @@ def leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
 
 
 def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
-    """The best cascade without effects under the weights that the readings' faults ask for."""
+    """The best cascade without effects under the weights that the readings' faults ask for; where they show
+    none, its innovations may have heavy tails."""
     base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
     if "encoder_quantization" in readings.nats and readings.step is not None:
@@ -117,6 +119,8 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
             readings = again
             base = weighted(base, readings.weights)
+    if not readings.nats:
+        base = with_heavy_tails(base, VERIFIED_NATS)
     say(f"without effects: {described(base)}")
     return base, readings
 

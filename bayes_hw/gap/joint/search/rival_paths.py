@@ -38,7 +38,8 @@ def described(fit: JointFit) -> str:
     if fit.response.steps > 1:
         names += f" in {fit.response.steps} steps a sample"
     order, noise = fit.structure.order, fit.noise_order
-    return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}"
+    heavy = " with heavy tails" if fit.has_heavy_tails else ""
+    return f"{names}; G of order {order}, delay {fit.structure.delay_samples}, noise of order {noise}{heavy}"
 
 
 def is_simulated(fit: JointFit) -> bool:

@@ -1,0 +1,41 @@
+"""Innovations with heavy tails: rare large errors that no form of an effect has exactly.
+
+How a reversal goes within some samples is wrong in every form, and where the encoder resolves it, a few such
+samples decide a normal likelihood. Under Student t they count for little, and what explains all other samples
+leads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.structure_moves import pruned, regrown
+from bayes_hw.identify.growth.coloured import log_likelihood_of_t
+from bayes_hw.identify.growth.descent import innovations
+
+DEGREES_OF_FREEDOM = (2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
+"""That are tried; more are nearly normal."""
+
+NEARLY_NORMAL = 1e6
+
+
+def tails_of(fit: JointFit) -> tuple[float, float]:
+    """Nats by which Student t explains a fit's innovations better than a normal distribution, less half a
+    logarithm of the samples, at the best number of degrees of freedom; that number."""
+    squares = np.concatenate([a**2 for a in innovations(fit.point)])
+    normal = log_likelihood_of_t(squares, NEARLY_NORMAL)
+    nats = [log_likelihood_of_t(squares, n) - normal for n in DEGREES_OF_FREEDOM]
+    best = int(np.argmax(nats))
+    return nats[best] - 0.5 * float(np.log(len(squares))), DEGREES_OF_FREEDOM[best]
+
+
+def with_heavy_tails(fit: JointFit, asked: float) -> JointFit:
+    """Under innovations of Student t, descended and its G grown on, where that explains `asked` nats more;
+    itself else."""
+    nats, degrees = tails_of(fit)
+    if nats < asked:
+        return fit
+    return regrown(pruned(fit.under(replace(fit.response, degrees_of_freedom=degrees)).descended()))
