@@ -119,8 +119,7 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
             readings = again
             base = weighted(base, readings.weights)
-    if not readings.nats:
-        base = with_heavy_tails(base, VERIFIED_NATS)
+    base = with_heavy_tails(base, VERIFIED_NATS)
     say(f"without effects: {described(base)}")
     return base, readings
 
