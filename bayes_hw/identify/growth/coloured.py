@@ -107,6 +107,13 @@ class Whitener:
         known = [a if mask is None else a[mask] for a, mask in zip(squares, measured, strict=True)]
         return log_likelihood_of_t(np.concatenate(known), self.degrees_of_freedom) - logarithms
 
+    @property
+    def information(self) -> float:
+        """What an innovation tells of a parameter, over what one of a normal distribution of the same scale
+        does (Lange, Little and Taylor 1989, appendix B)."""
+        degrees = self.degrees_of_freedom
+        return 1.0 if np.isinf(degrees) else (degrees + 1) / (degrees + 3)
+
     def counted(self, innovations: FloatArray) -> FloatArray:
         """How much innovations (samples,) count in a step of least squares, zeros those of no reading."""
         if np.isinf(self.degrees_of_freedom):
