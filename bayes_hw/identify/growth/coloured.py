@@ -48,6 +48,11 @@ class Whitener:
     def order(self) -> int:
         return len(self.scales) - 1
 
+    @property
+    def has_heavy_tails(self) -> bool:
+        """Whether innovations are Student t and not normal."""
+        return bool(np.isfinite(self.degrees_of_freedom))
+
     def apply(self, rows: FloatArray, first: int = 0, measured: BoolArray | None = None) -> FloatArray:
         """Innovations of `rows` (n, samples) from sample `first` on; those before are the past.
 
@@ -100,7 +105,7 @@ class Whitener:
             innovations, change = self._applied(e[None, :], 0, mask_of(masks, i))
             squares.append(innovations[0] ** 2)
             logarithms += change
-        if np.isinf(self.degrees_of_freedom):
+        if not self.has_heavy_tails:
             variance = max(sum(float(np.sum(a)) for a in squares) / samples, np.finfo(float).tiny)
             return -0.5 * samples * (np.log(2 * np.pi * variance) + 1) - logarithms
         measured = [mask_of(masks, i) for i in range(len(squares))]
@@ -112,12 +117,11 @@ class Whitener:
         """What an innovation tells of a parameter, over what one of a normal distribution of the same scale
         does (Lange, Little and Taylor 1989, appendix B)."""
         degrees = self.degrees_of_freedom
-        return 1.0 if np.isinf(degrees) else (degrees + 1) / (degrees + 3)
+        return (degrees + 1) / (degrees + 3) if self.has_heavy_tails else 1.0
 
     def counted(self, innovations: FloatArray) -> FloatArray:
-        """How much innovations (samples,) count in a step of least squares, zeros those of no reading."""
-        if np.isinf(self.degrees_of_freedom):
-            return np.ones_like(innovations)
+        """How much innovations (samples,) with heavy tails count in a step of least squares, zeros those of
+        no reading."""
         squares, degrees = innovations**2, self.degrees_of_freedom
         return _weights(squares, t_variance(squares[squares > 0], degrees), degrees)
 

@@ -109,6 +109,11 @@ class Point:
         """Of the innovations."""
         return self.whitener.sum_of_squares(self.residuals, self.masks)
 
+    def variance_by(self, factor: FloatArray) -> float:
+        """Square of the unit in which a `triangular_factor` (size + 1, size + 1) here states precision: the
+        innovations' variance, over what one of them tells of a parameter."""
+        return float(np.sum(factor[:, -1] ** 2)) / self.samples / self.whitener.information
+
     @property
     def rms(self) -> float:
         """Root mean square residual, output units."""
@@ -176,7 +181,7 @@ def whitened_blocks(response: Response, coordinates: FloatArray, whitener: White
 def counted_blocks(response: Response, coordinates: FloatArray, whitener: Whitener) -> Iterator[FloatArray]:
     """`whitened_blocks`, every sample by how much it counts: as much as any other where noise is normal."""
     for block in whitened_blocks(response, coordinates, whitener):
-        yield block if np.isinf(whitener.degrees_of_freedom) else block * np.sqrt(whitener.counted(block[-1]))
+        yield block * np.sqrt(whitener.counted(block[-1])) if whitener.has_heavy_tails else block
 
 
 def triangular_factor(response: Response, point: Point) -> FloatArray:

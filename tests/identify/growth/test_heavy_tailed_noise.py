@@ -14,8 +14,6 @@ from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.identify.growth.coloured import Whitener, log_likelihood_of_t, t_variance
 from bayes_hw.identify.growth.descent import CONVERGED_NATS, descend, evaluate, triangular_factor
 
-DEGREES = 3.0
-
 
 @pytest.mark.parametrize("degrees", [1.5, 3.0, 20.0])
 def test_the_likelihood_is_scipys_at_its_largest_scale(degrees: float) -> None:
@@ -77,7 +75,7 @@ def _estimate(seed: int, degrees: float) -> tuple[float, float]:
     response = Slope(seed, degrees)
     point = descend(response, evaluate(response, np.zeros(1)), 60)
     factor = triangular_factor(response, point)
-    sigma = abs(factor[-1, -1]) / np.sqrt(400 * point.whitener.information)
+    sigma = np.sqrt(point.variance_by(factor))
     return float(point.coordinates[0]), float((point.coordinates[0] - 2.0) * abs(factor[0, 0]) / sigma)
 
 

@@ -85,7 +85,7 @@ def _drawn(posterior: JointPosterior, column: str) -> tuple[FloatArray, FloatArr
     norms = np.sqrt(np.sum(factor[:size, :size] ** 2, axis=0))
     norms[norms == 0] = 1.0
     reached = np.linalg.lstsq((factor[:size, :size] / norms).T, slopes / norms[:, None], rcond=SINGULAR)[0]
-    sigma = float(np.sqrt(np.sum(factor[:, size] ** 2) / fit.point.samples))
+    sigma = float(np.sqrt(fit.point.variance_by(factor)))
     spreads = INFLATION * sigma * np.sqrt(np.sum(reached**2, axis=0))
     levels = ndtri((np.arange(LEVELS) + 0.5) / LEVELS)
     gain, lag = at(centre)[:, None] + spreads[:, None] * levels

@@ -142,7 +142,7 @@ class JointFit:
     @property
     def has_heavy_tails(self) -> bool:
         """Whether its innovations are Student t and not normal."""
-        return bool(np.isfinite(self.point.whitener.degrees_of_freedom))
+        return self.point.whitener.has_heavy_tails
 
     def factor(self) -> FloatArray:
         """Triangular factor (size + 1, size + 1) of the whitened derivatives and residual."""

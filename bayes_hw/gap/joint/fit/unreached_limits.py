@@ -128,7 +128,7 @@ def _farthest_by_chance(fit: JointFit, name: str) -> float:
         return 0.0
     row, (about, factor, _) = present.index(name), drawn_about(fit)
     size = len(factor) - 1
-    variance = float(np.sum(factor[:, size] ** 2)) / about.point.samples
+    variance = about.point.variance_by(factor)
     norms = np.linalg.norm(factor[:size, :size], axis=0)
     scaled = factor[:size, :size] / np.where(norms > 0, norms, 1.0)
     spread = np.linalg.inv(scaled.T @ scaled + RIDGE * np.eye(size))[row, row]

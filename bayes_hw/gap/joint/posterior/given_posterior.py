@@ -36,7 +36,7 @@ def laplace_given(
     if about is not fit:
         inflation *= CHAOTIC
     size, given = len(factor) - 1, fit.response.given
-    variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples
+    variance = fit.point.variance_by(factor)
     precision = factor[:size, :size].T @ factor[:size, :size] / variance
     scale = np.sqrt(np.diag(precision))
     seen = scale > 0

@@ -88,7 +88,7 @@ def laplace(
     norms = np.sqrt(np.sum(scaled**2, axis=0))
     norms[~seen] = 1.0
     correlation = (scaled / norms).T @ (scaled / norms)
-    variance = float(np.sum(factor[:, size] ** 2)) / fit.point.samples / fit.point.whitener.information
+    variance = fit.point.variance_by(factor)
     scale = np.where(seen, largest * norms / np.sqrt(variance), np.inf)
     values, vectors = np.linalg.eigh(correlation + RIDGE * np.eye(size))
     drawn = np.tile(fit.point.coordinates, (DRAWS, 1))
