@@ -38,6 +38,12 @@ def mode_starts(fit: GivenFit, number: int) -> list[GivenFit]:
     return _begun(fit, slice(at, at + 2), [np.array([x * sd, 0.0]) for x in DEVIATIONS])
 
 
+def with_nominal_modes(fit: GivenFit) -> GivenFit:
+    """The fit with every mode where the model has it, not descended."""
+    modes = slice(STATIC, fit.response.given.size)
+    return _at(fit, modes, np.zeros(modes.stop - modes.start))
+
+
 def unreached_starts(fit: GivenFit) -> list[GivenFit]:
     """The fit with limits that lie NEAR within the largest command beyond all of them, where the prior is
     largest there: each of them and both, not descended. A descent stays within, on a kink that a few samples

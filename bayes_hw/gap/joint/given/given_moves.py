@@ -10,6 +10,7 @@ import numpy as np
 from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.given.base_starts import with_nominal_modes
 from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
 from bayes_hw.gap.joint.given.given_response import DELAY, MODE, GivenFit
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
@@ -137,32 +138,17 @@ def pruned(fit: GivenFit) -> GivenFit:
 
 
 def later(fit: GivenFit) -> list[GivenFit]:
-    """The best fit with more delay, whole and a part of a sample; none where the fit has it."""
+    """The best fit with more delay, whole and a part of a sample; none where the fit has it. Modes are begun
+    where they are and where the model has them: they may have taken up the delay."""
     if DELAY in fit.labels or time_is_up():
         return []
     longest = min(LONGEST_DELAY_S * fit.response.scale.rate_hz, MOST_DELAY)
     grid = np.unique(np.round(np.geomspace(0.4, max(longest, 1.0), DELAYS_TRIED), 1))
-    starts = [fit.with_delay(int(n), float(n) % 1) for n in grid]
+    places = (fit, with_nominal_modes(fit))
+    starts = [place.with_delay(int(n), float(n) % 1) for place in places for n in grid]
     tried = [t.descended_under(1, FIRST_STEPS) for t in starts]
     tried.sort(key=lambda t: -t.score)
-    return [highest([_settled_delay(t).descended() for t in tried[:DELAYS_KEPT]])]
-
-
-def _settled_delay(fit: GivenFit) -> GivenFit:
-    """Moved on by whole samples while the part of one stands at an end."""
-    for _ in range(MOST_DELAY):
-        part, whole = float(fit.theta[fit.response.given.size]), fit.extra_delay
-        if part > 0.97:
-            other = fit.with_delay(whole + 1, part - 0.9)
-        elif part < 0.03 and whole > 0:
-            other = fit.with_delay(whole - 1, part + 0.9)
-        else:
-            break
-        moved = other.descended_under(1, FIRST_STEPS)
-        if moved.score <= fit.score:
-            break
-        fit = moved
-    return fit
+    return [highest([t.descended() for t in tried[:DELAYS_KEPT]])]
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:

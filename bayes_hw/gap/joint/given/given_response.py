@@ -10,16 +10,18 @@ from typing import Self
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
-from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, JointFit
 from bayes_hw.gap.joint.given.given_model import STATIC, GivenCascade, GivenModel
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.growth.cascade_response import outermost_limits
-from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.identify.growth.descent import CONVERGED_NATS, evaluate
 
 DIFFERENCE = 1e-6
 DELAY, MODE = "transport_delay", "unmodelled_mode"
 MOST_STEP = 1.0
+AT_A_SAMPLE = 0.02
+"""Of a sample, from a whole one of delay: so near, the descent goes on beyond it."""
 LIMITS, SMALLEST_SHARE, WELL_WITHIN = 2, 1e-6, 0.98
 """Coordinates that are limits; of a nominal limit, that commands reach at least; of what commands reach, at
 which a limit is begun that none did."""
@@ -175,6 +177,27 @@ class GivenFit(JointFit):
         )
         values = JointValues(given.cascade(theta, part, further), effects)
         return GivenFit(response, evaluate(response, response.coordinates(values), self.point.whitener))
+
+    def descended(self, steps: int = FULL_STEPS) -> Self:
+        """After at most `steps` steps, and as many again beyond every whole sample of delay that it ends at."""
+        fit = super().descended(steps)
+        while (further := fit._over_a_sample()) is not None:
+            moved = super(GivenFit, further).descended(steps)
+            if moved.score < fit.score + CONVERGED_NATS:
+                break
+            fit = moved
+        return fit
+
+    def _over_a_sample(self) -> Self | None:
+        """On the other side of the whole sample of delay that it stands at; None where it stands at none."""
+        if not self.response.part:
+            return None
+        at = self.delay - self.extra_delay
+        if at > 1 - AT_A_SAMPLE:
+            return self.with_delay(self.extra_delay + 1, AT_A_SAMPLE)
+        if at < AT_A_SAMPLE and self.extra_delay > 0:
+            return self.with_delay(self.extra_delay - 1, 1 - AT_A_SAMPLE)
+        return None
 
     @property
     def theta(self) -> FloatArray:
