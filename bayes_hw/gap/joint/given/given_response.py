@@ -178,9 +178,9 @@ class GivenFit(JointFit):
         values = JointValues(given.cascade(theta, part, further), effects)
         return GivenFit(response, evaluate(response, response.coordinates(values), self.point.whitener))
 
-    def descended(self, steps: int = FULL_STEPS) -> Self:
-        """After at most `steps` steps, and as many again beyond every whole sample of delay that it ends at."""
-        fit = super().descended(steps)
+    def descended(self, steps: int = FULL_STEPS) -> GivenFit:
+        """After at most `steps` steps, and as many again beyond each whole sample of delay that it ends at."""
+        fit: GivenFit = super().descended(steps)
         while (further := fit._over_a_sample()) is not None:
             moved = super(GivenFit, further).descended(steps)
             if moved.score < fit.score + CONVERGED_NATS:
@@ -188,7 +188,7 @@ class GivenFit(JointFit):
             fit = moved
         return fit
 
-    def _over_a_sample(self) -> Self | None:
+    def _over_a_sample(self) -> GivenFit | None:
         """On the other side of the whole sample of delay that it stands at; None where it stands at none."""
         if not self.response.part:
             return None
