@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -53,15 +53,20 @@ def infer_alone(
     say: Callable[[str], None],
     rng: np.random.Generator,
 ) -> Inferred:
-    """From records alone; `whole` are those of which `records` may be the beginnings: numbers are of all."""
+    """From records alone; `whole` are those of which `records` may be the beginnings: numbers are of all.
+
+    The middle of the posterior is the explanation that was chosen, which predicts better than a wider G; its
+    draws are those about the wider one, which know what the choice left out.
+    """
     with at_most(within_s):
         with at_most(OF_SEARCH * within_s):
             found = search(records, say)
         decision = decide_jointly(found)
         fit = explaining(found, decision)
-        wider = widened(fit)
+        wider, extensions = widened(fit)
         if whole is not records:
             found = on_whole_records(found, whole)
+            fit = explaining(found, decision)
             wider = fitted_to(wider, whole, found.base.response.weights)
     sections = sections_of_modes(fit, dominant_sections(fit), wider)
     poorly = _poorly_described(decision) or fit.observer is not None
@@ -69,6 +74,9 @@ def infer_alone(
     rivals = rivals_of(found, decision, JointCalibration.built_in())
     posterior = laplace(wider, units, rng, inflation, sections, poorly or bool(fit.labels))
     others = [(laplace(one, units, rng, inflation), share) for one, share in rivals]
+    for extend in extensions:
+        fit = extend(fit)
+    posterior = replace(posterior, fit=fit, sections=tuple(sections_of_modes(wider, posterior.sections, fit)))
     return Inferred(whole, found, decision, averaged(posterior, others, rng))
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit, descended_each, highest, raced
@@ -10,15 +13,22 @@ from bayes_hw.identify.growth.delay import longest_delay
 from bayes_hw.identify.growth.score_test import best_candidates
 from bayes_hw.time_budget import time_is_up
 
+Extension = Callable[[JointFit], JointFit]
+
 REGROWTHS = 4
 SLACK_NATS = 0.5
 
 
+def extensions(fit: JointFit, count: int = 3) -> list[Extension]:
+    """What adds a pole or a section of no weight to a fit of its structure, the most promising for it."""
+    real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
+    found: list[Extension] = [partial(with_pole, pole=c.a1) for c in real[:1]]
+    return found + [partial(with_section, a1=c.a1, a2=c.a2) for c in pairs if c.a2 is not None]
+
+
 def larger_cascades(fit: JointFit, count: int = 3) -> list[JointFit]:
     """Fits with one more pole or section, the most promising."""
-    real, pairs = best_candidates(fit.response, fit.point, count)  # type: ignore[arg-type]
-    found = [with_pole(fit, c.a1) for c in real[:1]]
-    return found + [with_section(fit, c.a1, c.a2) for c in pairs if c.a2 is not None]
+    return [extend(fit) for extend in extensions(fit, count)]
 
 
 def regrown(fit: JointFit, steps: int = REGROWTHS) -> JointFit:
@@ -69,21 +79,29 @@ def delayed(fit: JointFit) -> JointFit:
     return fit
 
 
-def widened(fit: JointFit, steps: int = 2) -> JointFit:
-    """G grown on by poles and sections that Akaike's criterion keeps (1974, doi 10.1109/TAC.1974.1100705).
+def widened(fit: JointFit, steps: int = 2) -> tuple[JointFit, tuple[Extension, ...]]:
+    """G grown on by poles and sections that Akaike's criterion keeps (1974, doi 10.1109/TAC.1974.1100705),
+    and what gives the fit that structure without them.
 
     What Schwarz's leaves out moves the other parameters by up to several of their standard deviations; with
     it in, they are as uncertain as they are. Sections keep their order, further ones come last.
     """
+    taken: list[Extension] = []
     for _ in range(steps):
         if time_is_up():
             break
-        trials = sorted(descended_each(larger_cascades(fit), 6), key=lambda t: -t.log_likelihood)[:2]
-        best = max(descended_each(trials), key=_akaike, default=fit)
-        if _akaike(best) <= _akaike(fit) or best.structure.sections < fit.structure.sections:
+        every = extensions(fit)
+        begun = zip(every, descended_each([extend(fit) for extend in every], 6), strict=True)
+        trials = sorted(begun, key=lambda one: -one[1].log_likelihood)[:2]
+        ended = zip([extend for extend, _ in trials], descended_each([t for _, t in trials]), strict=True)
+        extend, best = max(ended, key=lambda one: _akaike(one[1]), default=(None, fit))
+        if extend is None or _akaike(best) <= _akaike(fit):
+            break
+        if best.structure.sections < fit.structure.sections:
             break
         fit = best
-    return fit
+        taken.append(extend)
+    return fit, tuple(taken)
 
 
 def _akaike(fit: JointFit) -> float:

@@ -179,7 +179,8 @@ class GivenFit(JointFit):
         return GivenFit(response, evaluate(response, response.coordinates(values), self.point.whitener))
 
     def descended(self, steps: int = FULL_STEPS) -> GivenFit:
-        """After at most `steps` steps, and as many again beyond each whole sample of delay that it ends at."""
+        """After at most `steps` steps, and as many again beyond each whole sample of delay that it ends
+        at."""
         fit: GivenFit = super().descended(steps)
         while (further := fit._over_a_sample()) is not None:
             moved = super(GivenFit, further).descended(steps)
