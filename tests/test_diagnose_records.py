@@ -6,6 +6,7 @@ import csv
 import hashlib
 import json
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -98,10 +99,33 @@ def test_a_model_of_the_same_records_is_opened_again(small_axis: HammersteinWien
     assert any("identified from these very records" in note for note in notes)
 
 
+class _AskedError(Exception):
+    """What would be diagnosed."""
+
+
 @pytest.mark.usefixtures("folder")
-def test_records_without_any_held_out_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["diagnose", "train_1.csv", "train_2.csv", "--out", "out"]) == 2
-    assert "--holdout" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("given", "train", "lead"), [(("train_1", "train_2", "holdout"), 2, 0), (("train_1",), 1, 200)]
+)
+def test_where_nothing_is_held_out_a_part_of_the_records_is(
+    given: tuple[str, ...],
+    train: int,
+    lead: int,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def asked(records: Sequence[Record], holdout: Sequence[Record], *_: object, **options: object) -> None:
+        raise _AskedError(
+            len(records), [record.name for record in holdout], options["lead"], options["notes"]
+        )
+
+    monkeypatch.setattr("bayes_hw.gap.joint.joint_diagnosis.diagnose_records", asked)
+    with pytest.raises(_AskedError) as caught:
+        main(["diagnose", *(f"{name}.csv" for name in given), "--out", "out"])
+    said = capsys.readouterr().out
+    assert "no record was held out" in said
+    assert caught.value.args[:3] == (train, [given[-1]], lead)
+    assert caught.value.args[3][0] in said
 
 
 def test_what_stays_unexplained_asks_for_an_experiment(tmp_path: Path) -> None:

@@ -51,7 +51,6 @@ def test_nothing_that_computes_is_imported_for_a_refusal(tmp_path: Path) -> None
         ["report", a, again],
         ["identify", a, "--holdout", again],
         ["diagnose", a, b, "--holdout", again],
-        ["diagnose", a],
         ["diagnose", str(case)],
         ["diagnose", str(tmp_path)],
         ["sample", "--model", str(tmp_path / "absent.json"), a],

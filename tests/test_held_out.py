@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from joint_axis import measured
 
-from bayes_hw.commands.report_cause import held_out_of
+from bayes_hw.commands.held_out import held_out_of
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 
 

@@ -32,6 +32,7 @@ SUMMARY = "why a simulator and records differ: where, which unmodelled effect, h
 DECLARATION_OF_A_FILE = "--declaration goes with --simulator FILE, a MuJoCo model or an FMU"
 EXAMPLE = (
     "bayes-hw diagnose case/ --out diagnosis/\n"
+    "  bayes-hw diagnose a.csv b.csv c.csv --out diagnosis/\n"
     "  bayes-hw diagnose --simulator axis.xml --train a.csv b.csv --holdout c.csv --out diagnosis/"
 )
 
@@ -42,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "case",
         nargs="*",
         metavar="CASE|RECORD",
-        help="folder with case.json; or records to diagnose without any model, with --holdout",
+        help="folder with case.json; or records to diagnose without any model",
     )
     parser.add_argument("--model", metavar="MODEL.json", help="the simulator, instead of a case folder")
     parser.add_argument(
@@ -60,7 +61,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--train", nargs="+", default=[], metavar="RECORD", help="records to diagnose")
     parser.add_argument(
-        "--holdout", nargs="+", default=[], metavar="RECORD", help="records to score on, never fitted"
+        "--holdout",
+        nargs="+",
+        default=[],
+        metavar="RECORD",
+        help="records to score on, never fitted (default without a model: the last one or its end)",
     )
     parser.add_argument(
         "--without",
@@ -88,6 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(parsed: argparse.Namespace) -> None:
     """Diagnose and write; raises InputError on bad input before anything is written."""
+    from bayes_hw.commands.inputs import case_folder
     from bayes_hw.files import check_output_folder
     from bayes_hw.gap.effects.any_simulator import FOR_ANY_SIMULATOR
     from bayes_hw.gap.effects.catalogue import known_labels
@@ -100,14 +106,14 @@ def run(parsed: argparse.Namespace) -> None:
         known = [*LABEL_BLOCKS, *sorted({kind.label for kind in FOR_ANY_SIMULATOR} - set(LABEL_BLOCKS))]
     if unknown := [label for label in parsed.without if label not in known]:
         raise InputError(f"--without {unknown[0]}: not in the catalogue; use one of {', '.join(known)}")
-    folder = parsed.case[0] if len(parsed.case) == 1 and not parsed.holdout else None
+    folder = case_folder(parsed)
     if folder is None and parsed.case and parsed.model is None and parsed.simulator is None:
         _from_records(parsed, out)
         return
     if (bool(parsed.case) + (parsed.model is not None) + (parsed.simulator is not None)) != 1:
         raise InputError(
             "give either a case folder or --model or --simulator, these with --train and --holdout; "
-            "or records alone with --holdout"
+            "or records alone"
         )
     if parsed.case and (parsed.train or parsed.holdout):
         raise InputError("--train and --holdout go with --model or --simulator, not with a case folder")
@@ -307,21 +313,25 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
 
 
 def _from_records(parsed: argparse.Namespace, out: Path) -> None:
-    """Diagnose records without any model."""
+    """Diagnose records without any model; where none is held out, a part of them is."""
+    from bayes_hw.commands.held_out import held_out_of
     from bayes_hw.commands.records import axis_name, records_of
+    from bayes_hw.commands.speech import note
     from bayes_hw.files import check_output_folder
 
     if parsed.train:
         raise InputError("--train goes with --model or --simulator; give the records themselves")
     if parsed.without:
         raise InputError("--without goes with a model; without one every effect is tried")
-    if not parsed.holdout:
-        raise InputError(
-            "records without a model need --holdout RECORD, which is never fitted; or give one case folder"
-        )
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
-    _joint(parsed, out, given.records, given.holdout, parsed.title or axis_name(parsed.case), ())
+    chosen = held_out_of(given.records, given.holdout)
+    if chosen.said:
+        note(chosen.said)
+    title = parsed.title or axis_name(parsed.case)
+    _joint(
+        parsed, out, chosen.train, chosen.holdout, title, (chosen.said,) * bool(chosen.said), lead=chosen.lead
+    )
 
 
 def _joint(
@@ -332,8 +342,10 @@ def _joint(
     name: str,
     notes: Sequence[str],
     model: HammersteinWiener | None = None,
+    lead: int = 0,
 ) -> None:
-    """Infer structure (that of `model` where given), effect and noise together, and write."""
+    """Infer structure (that of `model` where given), effect and noise together, and write; the first `lead`
+    samples held out only lead in."""
     import numpy as np
 
     from bayes_hw.commands.speech import say, say_page, warn
@@ -354,6 +366,7 @@ def _joint(
         name=name,
         notes=notes,
         progress=progress,
+        lead=lead,
         drive=drive_of(parsed),
         model=model,
         start=parsed.start,

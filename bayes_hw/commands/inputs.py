@@ -153,7 +153,9 @@ def case_folder(parsed: argparse.Namespace) -> str | None:
     """The case folder of a command that takes one; None where its place holds records."""
     given = getattr(parsed, "case", None) or []
     named = given if isinstance(given, list) else [given]
-    return named[0] if len(named) == 1 and not getattr(parsed, "holdout", None) else None
+    if len(named) != 1 or getattr(parsed, "holdout", None) or Path(named[0]).is_file():
+        return None
+    return str(named[0])
 
 
 def refuse_faults(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import shutil
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
+from bayes_hw.commands.held_out import HeldOut, from_rest_on, held_out_of
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.errors import InputError
@@ -21,46 +20,11 @@ from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
-from bayes_hw.posing import Posed, Start, posed, rested
+from bayes_hw.posing import Posed
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance_of
-from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.render import render
-
-HELD_OUT_SHARE, WHOLE_SHARE = 1 / 3, 0.4
-"""Of all samples, where nobody said what to hold out: of a record's end, and up to which a record is held out
-whole, since a short beginning is no record to train on."""
-
-
-@dataclass(frozen=True, eq=False)
-class HeldOut:
-    """Records to train on, those held out, how many of their first samples only lead in, and what was chosen
-    in words, empty where it was given."""
-
-    train: tuple[Record, ...]
-    holdout: tuple[Record, ...]
-    lead: int
-    said: str
-
-
-def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
-    """Where none is given the last record is held out, or of a long one its end: about a third of all
-    samples, since a structure chosen on few of them may be another one."""
-    if holdout:
-        return HeldOut(tuple(records), tuple(holdout), 0, "")
-    *others, last = records
-    samples = sum(len(record) for record in records)
-    if others and len(last) <= WHOLE_SHARE * samples:
-        said = f"no record was held out, so that the last, {last.name}, was: it scores and is not fitted"
-        return HeldOut(tuple(others), (last,), 0, said)
-    beginning, rest = last.split(1 - HELD_OUT_SHARE * samples / len(last))
-    said = (
-        f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of "
-        "all samples: they score and are not fitted"
-    )
-    return HeldOut((*others, beginning), (last,), len(beginning), said)
-
 
 CORRECTED_FILES = ["corrected.json", "verdict.json", "holdout_prediction.csv"]
 """What a folder holds where the model of the records was refuted and corrected."""
@@ -131,18 +95,6 @@ def report_cause(
     say_page(page, written)
     say_next(parsed, "design", "--posterior", str(out), "--out", "design/")
     return True
-
-
-def from_rest_on(chosen: HeldOut, start: Start) -> tuple[HeldOut, tuple[str, ...]]:
-    """The same, records to train on that begin in motion cut to where they first rest, their angles counted
-    from there; in words what was cut.
-
-    Raises InputError where one does not come to rest in its first half.
-    """
-    train, cut = rested(chosen.train, start)
-    if not cut:
-        return chosen, ()
-    return replace(chosen, train=posed(train).records), cut
 
 
 def write_cause(out: Path, diagnosis: JointDiagnosis, beginning: Beginning, chosen: HeldOut) -> None:

@@ -24,10 +24,7 @@ def read_case_file(folder: Path) -> CaseFile:
     """What case.json in `folder` names, relative to it. Raises InputError on anything wrong."""
     path = folder / "case.json"
     if folder.is_file():
-        raise InputError(
-            f"{folder}: is no case folder; records without a model need --holdout RECORD, which is never "
-            "fitted"
-        )
+        raise InputError(f"{folder}: is no case folder, which holds a case.json")
     data = read_json(path, "give a case folder")
     if not isinstance(data, dict) or not isinstance(data.get("model"), str):
         raise InputError(f'{path}: needs "model", "train" and "holdout", such as {EXAMPLE}')

@@ -23,7 +23,7 @@ class JointEvidence:
     every label's best explanation alone over the base (`rivals`) and of the fit over the base (`own`); the
     labels of the fit and what it leaves; the labels that were `followed` to the end of the search, whose
     nats are those of that end; for labels of an answer of several, by how many nats that leads with another
-    one in the place of each (`stand_ins`)."""
+    one in the place of each (`stand_ins`); whether the fit, simulated, `follows_no_better` than the base."""
 
     nats: Mapping[str, float]
     reading_nats: Mapping[str, float]
@@ -34,6 +34,7 @@ class JointEvidence:
     followed: tuple[str, ...] = ()
     cut_short: bool = False
     stand_ins: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    follows_no_better: bool = False
 
     @classmethod
     def of(cls, found: JointAnswer) -> JointEvidence:
@@ -48,6 +49,7 @@ class JointEvidence:
             found.followed,
             found.cut_short,
             {label: dict(leads) for label, leads in found.stand_ins.items()},
+            found.follows_no_better,
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -67,6 +69,7 @@ class JointEvidence:
             tuple(content.get("followed", ())),
             bool(content.get("cut_short", False)),
             content.get("stand_ins", {}),
+            bool(content.get("follows_no_better", False)),
         )
 
 
@@ -106,6 +109,9 @@ def decide(
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
     remains = evidence.pop(OTHER, 0.0)
+    if found.follows_no_better:
+        # Corrected at every sample any law predicts the next one; of the axis is what moves as it does.
+        remains = max([remains, *(evidence.pop(label) for label in found.nats if label in evidence)])
     if found.remainder.rhythm > calibration.nats_of_rhythm:
         # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
         evidence.pop("timing_jitter", None)

@@ -21,7 +21,7 @@ from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.judged import judged
 from bayes_hw.gap.joint.search.known_input import KnownInput
-from bayes_hw.gap.joint.search.observer import observed
+from bayes_hw.gap.joint.search.observer import observed, unobserved
 from bayes_hw.gap.joint.search.period_anew import with_period_anew
 from bayes_hw.gap.joint.search.rival_paths import (
     MOST_STEPS,
@@ -85,6 +85,14 @@ class JointAnswer:
     def bare(self) -> JointFit:
         """The best cascade without effects and without known inputs."""
         return next((one.without for one in self.known if one.without is not None), self.base)
+
+    @property
+    def follows_no_better(self) -> bool:
+        """Whether the explanation, simulated without the corrections that it was fitted with, is further from
+        the records than the model without it."""
+        if self.fit.observer is None:
+            return False
+        return not unobserved(self.fit)[0].point.rms < self.base.point.rms
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:

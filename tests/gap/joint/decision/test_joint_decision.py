@@ -36,6 +36,7 @@ def _decided(
         cut_short=False,
         followed=followed,
         stand_ins=stand_ins or {},
+        follows_no_better=False,
     )
     return decide_jointly(cast(JointAnswer, found))
 
@@ -189,6 +190,17 @@ def test_what_the_readings_show_comes_first() -> None:
         {"torque_ripple": 2450.0, "encoder_eccentricity": 1680.0}, readings={"encoder_quantization": 860.0}
     )
     assert found.answer == ("encoder_quantization", "torque_ripple")
+
+
+def test_a_law_that_only_corrections_keep_on_the_records_has_no_name() -> None:
+    """Glitches of the readings stay."""
+    quiet = Remainder(0, 0.0)
+    told = {"friction": 900.0}, {"outliers": 900.0}, {"friction": 900.0}, 900.0, ("friction",), quiet
+    assert decide(JointEvidence(*told)).answer == ("outliers", "friction")
+    lost = JointEvidence(*told, follows_no_better=True)
+    assert decide(lost).answer == ("outliers", "other") or decide(lost).answer == ("other",)
+    assert decide(lost).probability["friction"] < 0.5 < decide(lost).probability["other"]
+    assert JointEvidence.from_dict(lost.to_dict()) == lost
 
 
 def test_a_rhythm_of_samples_has_no_name() -> None:

@@ -30,10 +30,11 @@ from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
-from bayes_hw.gap.joint.residuals.readings import Readings, innovation_sigma
+from bayes_hw.gap.joint.residuals.readings import Readings, innovation_sigma, read_faults
+from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
-from bayes_hw.gap.joint.search.joint_search import silent
+from bayes_hw.gap.joint.search.joint_search import JointAnswer, silent
 from bayes_hw.gap.joint.search.known_input import forms_of
 from bayes_hw.gap.joint.search.observer import OBSERVER, kalman_gain, observed, unobserved
 from bayes_hw.gap.joint.search.verification import verified
@@ -199,6 +200,13 @@ def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
     assert f"off by {off:.2g} deg" in note
     assert note.endswith(f"leaves {left:.2g}")
     assert of_followed(simulated) == []
+    answers = [
+        JointAnswer(fit, base, {}, {}, read_faults(fit), remainder_of(fit))
+        for fit, base in ((found, simulated.without("backlash")), (found, free), (simulated, found))
+    ]
+    farther = [spread(unobserved(a.fit)[0]) >= spread(a.base) for a in answers[:2]]
+    assert [a.follows_no_better for a in answers] == [*farther, False]
+    assert farther[1]
 
 
 def test_an_observer_does_not_stay_without_a_label() -> None:
