@@ -263,7 +263,9 @@ def _followed_rivals(
 
 def explaining(found: JointAnswer, decision: JointDecision) -> JointFit:
     """The fit that an answer rests on: that of the search, without its effects where the answer is `other`
-    and nothing in it stands for what has no name."""
+    and nothing in it stands for what has no name, or where it follows the records no better than without."""
+    if found.follows_no_better:
+        return found.base
     unnamed = decision.answer == (OTHER,) and found.fit.labels and OTHER not in found.fit.labels
     return found.base if unnamed and found.fit.without_name is None else found.fit
 

@@ -207,6 +207,8 @@ def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
     farther = [spread(unobserved(a.fit)[0]) >= spread(a.base) for a in answers[:2]]
     assert [a.follows_no_better for a in answers] == [*farther, False]
     assert farther[1]
+    none = JointDecision(("other",), {}, ())
+    assert explaining(answers[1], none) is free
 
 
 def test_an_observer_does_not_stay_without_a_label() -> None:
