@@ -25,6 +25,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model, predict_corrected, simulate_corrected
 from bayes_hw.gap.joint.answer.free_function import Seen
 from bayes_hw.gap.joint.answer.joint_notes import of_followed
+from bayes_hw.gap.joint.decision.joint_decision import JointDecision, explaining
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
