@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from joint_axis import measured
 
-from bayes_hw.commands.held_out import held_out_of
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.held_out import held_out_of
 
 
 def test_what_is_given_stays() -> None:

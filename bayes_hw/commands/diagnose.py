@@ -314,10 +314,10 @@ def _own_model(model: str, train: Sequence[Record]) -> bool:
 
 def _from_records(parsed: argparse.Namespace, out: Path) -> None:
     """Diagnose records without any model; where none is held out, a part of them is."""
-    from bayes_hw.commands.held_out import held_out_of
     from bayes_hw.commands.records import axis_name, records_of
     from bayes_hw.commands.speech import note
     from bayes_hw.files import check_output_folder
+    from bayes_hw.held_out import held_out_of
 
     if parsed.train:
         raise InputError("--train goes with --model or --simulator; give the records themselves")

@@ -11,7 +11,6 @@ import numpy as np
 from bayes_hw.analysis import Beginning
 from bayes_hw.commands.drive import drive_of
 from bayes_hw.commands.estimate_files import band_file_names, write_identification
-from bayes_hw.commands.held_out import HeldOut, from_rest_on, held_out_of
 from bayes_hw.commands.next_step import say_next
 from bayes_hw.commands.speech import note, say_estimate, say_page
 from bayes_hw.errors import InputError
@@ -20,6 +19,7 @@ from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
+from bayes_hw.held_out import HeldOut, from_rest_on, held_out_of
 from bayes_hw.posing import Posed
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance_of

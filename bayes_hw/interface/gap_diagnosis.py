@@ -17,6 +17,7 @@ from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import OWN_MODEL, JointDiagnosis
+from bayes_hw.held_out import held_out_of
 from bayes_hw.interface.arguments import generator, model_given, records_given, struck, threads
 from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.identified_axis import IdentifiedAxis
@@ -94,13 +95,15 @@ class GapDiagnosis:
 MODEL_FILES = (".json", ".mat")
 """Endings of a model's file; any other is a simulator's."""
 
+MISSING = "holdout: is missing; give records to train on, and records held out, which are never fitted"
+
 CORRECTED_SEED = 1
 """Of the choice of draws that a corrected simulator comes with."""
 
 
 def diagnose(
     model: HammersteinWiener | IdentifiedAxis | Path | str | Record | Sequence[Record],
-    train: Record | Sequence[Record],
+    train: Record | Sequence[Record] | None = None,
     holdout: Record | Sequence[Record] | None = None,
     *,
     seed: int = 1,
@@ -114,10 +117,11 @@ def diagnose(
 ) -> GapDiagnosis:
     """Where `model` departs from `train`, which unmodelled effect is missing, how far the gap shrinks.
 
-    Without a model, `diagnose(records, holdout)`: structure of G, effect and noise are inferred together; so
-    they are where the model is what `identify` found in these very records. A `model` may be the path of a
-    model.json, or of a MuJoCo model or an FMU, with the path of its `declaration` (beside it, with .toml,
-    where not given); `write` then gives the simulator back with the effect in it.
+    Without a model, `diagnose(records, holdout)`, or `diagnose(records)`, which holds out the last record or
+    its end: structure of G, effect and noise are inferred together; so they are where the model is what
+    `identify` found in these very records. A `model` may be the path of a model.json, or of a MuJoCo model or
+    an FMU, with the path of its `declaration` (beside it, with .toml, where not given); `write` then gives
+    the simulator back with the effect in it.
 
     As `bayes-hw diagnose`: outputs of `holdout` only score the finished prediction; labels in `without` are
     struck from the catalogue. Angles count from where each record begins, unless `origin` is "absolute"; a
@@ -136,10 +140,11 @@ def diagnose(
         if declaration is not None:
             raise InputError("declaration: goes with the path of a simulator's file")
         if holdout is None and not isinstance(model, HammersteinWiener | IdentifiedAxis | Path | str):
-            own, held_out = records_given(model), records_given(train, "holdout")
+            own = records_given(model)
+            held_out = [] if train is None else records_given(train, "holdout")
             return _of_records(own, held_out, rng, number, origin, start, accept, within_s)
-        if holdout is None:
-            raise InputError("holdout: is missing; give records held out, which are never fitted")
+        if train is None or holdout is None:
+            raise InputError(MISSING)
         simulator = model_given(model)
         records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
         if isinstance(model, IdentifiedAxis) and model.is_of(records):
@@ -163,13 +168,16 @@ def _of_records(
     within_s: float,
     notes: Sequence[str] = (),
 ) -> GapDiagnosis:
-    """The diagnosis of records alone."""
+    """The diagnosis of records alone; where none is held out, a part of them is."""
     own, cut = rested(records, start)
     warn_of(cut)
     given = entered(own, holdout, origin=origin, start=start, accept=accept)
+    chosen = held_out_of(given.records, given.holdout)
+    said = (chosen.said,) * bool(chosen.said)
+    warn_of(said)
     found = joint_diagnosis.diagnose_records(
-        given.records, given.holdout, rng, name=own[0].name, start=start, jobs=jobs, within_s=within_s,
-        notes=notes,
+        chosen.train, chosen.holdout, rng, name=own[0].name, lead=chosen.lead, start=start, jobs=jobs,
+        within_s=within_s, notes=(*said, *notes),
     )  # fmt: skip
     return GapDiagnosis(found)
 
@@ -177,7 +185,7 @@ def _of_records(
 def _of_file(
     path: Path,
     declaration: Path | str | None,
-    train: Record | Sequence[Record],
+    train: Record | Sequence[Record] | None,
     holdout: Record | Sequence[Record] | None,
     rng: np.random.Generator,
     jobs: int,
@@ -188,8 +196,8 @@ def _of_file(
     within_s: float,
 ) -> GapDiagnosis:
     """The diagnosis of a simulator in a file."""
-    if holdout is None:
-        raise InputError("holdout: is missing; give records held out, which are never fitted")
+    if train is None or holdout is None:
+        raise InputError(MISSING)
     records, held_out = records_given(train, "train"), records_given(holdout, "holdout")
     axis = open_simulator(path, None if declaration is None else Path(declaration), jobs)
     case, notes = simulator_case(axis, records, held_out, origin=origin, start=start, accepted=accept)

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from short_sampling import sample_shortly
 
 import bayes_hw
-from bayes_hw.errors import InputError
+from bayes_hw.errors import BayesHWWarning, InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint import joint_diagnosis
@@ -192,8 +192,14 @@ def test_a_model_of_these_very_records_is_opened_again(
         bayes_hw.diagnose(estimate, held_out, own[0])
     with pytest.raises(InputError, match="around the model"):
         bayes_hw.diagnose(estimate.model, own, held_out)
-    with pytest.raises(InputError, match="holdout: is missing"):
-        bayes_hw.diagnose(estimate, own)
+    for incomplete in ((estimate, own), (estimate,)):
+        with pytest.raises(InputError, match="holdout: is missing"):
+            bayes_hw.diagnose(*incomplete)
+    with (
+        pytest.warns(BayesHWWarning, match="no record was held out"),
+        pytest.raises(InputError, match="no record was held out"),
+    ):
+        bayes_hw.diagnose(own)
 
 
 def test_a_repeat_of_a_record_is_another_record(estimate: IdentifiedAxis, shown: dict[str, Any]) -> None:
