@@ -49,13 +49,20 @@ def with_poles(structure: Structure, poles: ComplexArray) -> CascadeValues:
 
 
 def linear_block(structure: Structure, values: CascadeValues) -> LinearBlock:
-    """G as poles, zeros, gain and delay."""
-    values = inside_the_circle(values)
+    """G as poles, zeros, gain and delay, without poles and sections that have no weight at all."""
+    values = inside_the_circle(_with_weight(values))
     real = values.real
     if structure.integrator:
         real = np.concatenate([[[1.0], [values.integrator_residue]], real], axis=1)
     poles = poles_of(values, structure.integrator)
     return block_of_fractions(real, values.sections, 0.0, poles, structure.delay_samples)
+
+
+def _with_weight(values: CascadeValues) -> CascadeValues:
+    real, sections = values.real[1] != 0, np.any(values.sections[2:] != 0, axis=0)
+    if not (real.any() or sections.any()):
+        return values
+    return replace(values, real=values.real[:, real], sections=values.sections[:, sections])
 
 
 def inside_the_circle(values: CascadeValues) -> CascadeValues:

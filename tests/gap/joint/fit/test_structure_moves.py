@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
+from bayes_hw.identify.cascade_roots import linear_block
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 600
@@ -58,3 +59,6 @@ def test_the_posterior_predicts_as_the_explanation_that_was_chosen(monkeypatch: 
         np.testing.assert_allclose(ours, chosen.response.along(chosen.values, number).y, atol=1e-9)
     assert posterior.coordinates.shape[1] == len(posterior.fit.point.coordinates)
     assert len(posterior.sections) == 1
+    own, theirs = (linear_block(fit.structure, fit.values.cascade) for fit in (posterior.fit, chosen))
+    assert len(own.poles) == len(theirs.poles)
+    np.testing.assert_allclose(np.sort_complex(own.zeros), np.sort_complex(theirs.zeros), atol=1e-9)
