@@ -157,6 +157,39 @@ def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
     assert first["gain_asymmetry"] == max(first.values())
 
 
+def test_a_rival_near_in_nats_and_unlikely_is_not_confusable() -> None:
+    wide = replace(JointCalibration.built_in(), nats_as_good=1e6)
+    told = {"friction": 900.0}, {}, {"friction": 900.0, "backlash": 400.0}, 900.0, ("friction",)
+    found = decide(JointEvidence(*told, Remainder(0, 0.0), ("friction", "backlash")), wide)
+    assert found.probability["backlash"] < 0.05 * found.probability["friction"]
+    assert found.confusable == ()
+
+
+def test_the_doubt_of_a_weak_label_goes_to_other_and_to_the_rest() -> None:
+    constants, nats = JointCalibration.built_in(), 12.0
+    found = _decided({"friction": nats})
+    doubt = 1 - constants.sure(nats, constants.floor)
+    elsewhere = doubt - constants.nothing([nats])
+    assert doubt > constants.floor and elsewhere > 0.05
+    assert found.probability["friction"] == pytest.approx(1 - doubt)
+    assert found.probability["other"] == pytest.approx(constants.others_share * elsewhere)
+    silent = [p for label, p in found.probability.items() if label not in ("friction", "other", "none")]
+    assert sum(silent) == pytest.approx((1 - constants.others_share) * elsewhere)
+
+
+def test_a_name_that_was_not_followed_has_its_share_of_what_has_none() -> None:
+    constants = JointCalibration.built_in()
+    rival = constants.near * 900.0 + 1
+    assert 900.0 - rival > constants.nats_as_good
+    found = _decided({"other": 900.0}, rivals={"backlash": rival})
+    whole = constants.sure(900.0, constants.other_floor)
+    assert found.answer == ("other",)
+    assert found.probability["other"] == pytest.approx((1 - constants.named_share) * whole)
+    assert found.probability["backlash"] == pytest.approx(
+        min(constants.named_share * whole, constants.beside_other)
+    )
+
+
 def test_what_is_as_good_in_the_place_of_one_of_two_shares_with_that_one() -> None:
     """A drift as good as a bias beside limits that move; what falls behind, or is in the answer, is none."""
     nats = {"saturation_drift": 300.0, "command_bias": 250.0}
@@ -225,3 +258,11 @@ def test_wind_and_a_walk_nearly_as_likely_are_not_told_apart(beside: dict[str, f
         assert (found.probability["wind"] > 0.9) == (lead > 100)
         assert (found.probability["sensor_drift"] > 0.1) == (lead < 100)
         assert all(found.probability[label] > 0.9 for label in beside)
+
+
+def test_no_gap_beside_labels_is_the_product_of_their_doubts() -> None:
+    constants = JointCalibration.built_in()
+    expected = [constants.doubt * np.exp(-nats / constants.nats_of_gap) for nats in (5.0, 20.0)]
+    assert constants.nothing([5.0, 20.0]) == pytest.approx(expected[0] * expected[1])
+    assert constants.nothing([]) == 1.0
+    assert constants.nothing([-3.0]) == pytest.approx(constants.doubt)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from joint_axis import CASCADE, SAMPLES, SIGMA, form, measured, record, response_with, some_effect
 
 from bayes_hw.arrays import FloatArray
@@ -53,6 +54,17 @@ def test_readings_that_walk_do_not_tell_what_is_left() -> None:
     middle, low, high = closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA, hidden=True))
     assert 0.9 < low <= middle <= high == 1.0
     assert closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA))[2] < 0.5
+
+
+def test_where_readings_walk_the_fraction_is_that_against_every_draw() -> None:
+    """The median over draws of what is left against what was, in squares."""
+    draws = [ANGLE + size * np.cos(np.arange(N) / 70) for size in (1e-4, 2e-4, 4e-4)]
+    after = ANGLE + 3e-4 * np.sin(np.arange(N) / 31)
+    floor = Floor(SIGMA, 0.02 * SIGMA, SIGMA, hidden=True)
+    found = closure_of([ANGLE], [BEFORE], [after], [[d] for d in draws], floor, np.random.default_rng(1))
+    against = [1 - np.sum((after - d) ** 2) / np.sum((BEFORE - d) ** 2) for d in draws]
+    assert found.closed == pytest.approx(np.median(against), rel=1e-9)
+    assert found.closed_hdi94[0] <= found.closed and found.closed_hdi94[1] == 1.0
 
 
 def test_colour_of_the_noise_may_be_motion() -> None:

@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior import joint_posterior
 from bayes_hw.gap.joint.posterior.joint_posterior import CHAOTIC, DRAWS, INFLATION, averaged, laplace, nats_of
 from bayes_hw.gap.joint.posterior.reported_quantities import (
+    dominant_sections,
     effect_quantities,
     effect_units,
     sections_of_modes,
@@ -90,6 +91,27 @@ def test_a_mode_is_looked_for_among_the_sections_of_another_fit() -> None:
     assert sections_of_modes(own, [0, 1], own) == [0, 1]
     assert sections_of_modes(own, [0, 1], fit(pairs[:, ::-1])) == [1, 0]
     assert sections_of_modes(own, [0, 1], fit(apart)) == [0]
+
+
+def test_of_two_modes_that_overlap_the_less_damped_is_dominant() -> None:
+    records = measured((), SAMPLES, (1,))
+
+    def numbers(damping: tuple[float, float], hz: tuple[float, float] = (2.0, 2.06)) -> list[int]:
+        poles = [
+            np.exp(2 * np.pi * f / RATE * (-d + 1j * np.sqrt(1 - d**2)))
+            for f, d in zip(hz, damping, strict=True)
+        ]
+        sections = np.array([[2 * p.real, abs(p) ** 2, 1e-3, -8e-4] for p in poles]).T
+        cascade = replace(CASCADE, sections=sections, starts=np.zeros((1, 5)))
+        response = JointResponse(replace(STRUCTURE, sections=2), (), records, scale(SAMPLES))
+        return dominant_sections(
+            JointFit(response, evaluate(response, response.coordinates(JointValues(cascade))))
+        )
+
+    assert numbers((0.05, 0.09)) == [0]
+    assert numbers((0.09, 0.05)) == [1]
+    assert numbers((0.05, 0.05)) == [0]
+    assert numbers((0.05, 0.09), (2.0, 4.0)) == [0, 1]
 
 
 def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
