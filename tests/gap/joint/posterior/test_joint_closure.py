@@ -8,7 +8,14 @@ from joint_axis import CASCADE, SAMPLES, SIGMA, form, measured, record, response
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.posterior.joint_closure import Floor, closure_of, of_axis, walks, without_glitches
+from bayes_hw.gap.joint.posterior.joint_closure import (
+    Floor,
+    closure_of,
+    of_axis,
+    rms,
+    walks,
+    without_glitches,
+)
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -54,6 +61,14 @@ def test_readings_that_walk_do_not_tell_what_is_left() -> None:
     middle, low, high = closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA, hidden=True))
     assert 0.9 < low <= middle <= high == 1.0
     assert closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA))[2] < 0.5
+
+
+def test_the_size_of_errors_is_of_what_was_measured() -> None:
+    measured_in, predicted = (
+        [np.array([3.0, np.nan]), np.array([5.0])],
+        [np.array([1.0, 9.0]), np.array([1.0])],
+    )
+    assert rms(measured_in, predicted) == pytest.approx(np.sqrt((2.0**2 + 4.0**2) / 2))
 
 
 def test_where_readings_walk_the_fraction_is_that_against_every_draw() -> None:
