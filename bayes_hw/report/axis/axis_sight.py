@@ -83,10 +83,9 @@ def axis_sight(records: Sequence[Record], posterior: JointPosterior) -> Sight:
     f = np.geomspace(rate / 2000, 0.499 * rate, 300)
     z = np.exp(2j * np.pi * f / rate)
     speed = np.abs(z - 1) * rate / abs(gain)
-    model = speed * np.abs(drive_response(structure, values, z))
     some = [fit.response.values(x) for x in posterior.coordinates[:200]]
     drawn = np.array([np.abs(drive_response(structure, v, z)) for v in some]) * speed
-    low, high = np.quantile(drawn, [0.03, 0.97], axis=0)
+    low, model, high = np.quantile(drawn, [0.03, 0.5, 0.97], axis=0)
     modes = tuple(
         float(np.median(d)) for n, d in posterior.base.items()
         if n.startswith("mode") and n.endswith("frequency_hz")
@@ -152,12 +151,12 @@ def velocity_step(records: Sequence[Record], posterior: JointPosterior) -> StepO
         return np.diff(w, prepend=0.0) * rate
 
     drawn = np.array([velocity(x) for x in posterior.coordinates[:STEP_DRAWS]])
-    low, high = np.quantile(drawn, [0.03, 0.97], axis=0)
+    low, middle, high = np.quantile(drawn, [0.03, 0.5, 0.97], axis=0)
     delay = fit.structure.delay_samples
     delayed = np.concatenate([np.zeros(delay), u])[: len(u)]
     plain = np.diff(through_drive(fit.structure, fit.values, delayed[None, :])[0], prepend=0.0) * rate
     t = (np.arange(len(u)) - lead) / rate
-    return StepOfVelocity(t, command, velocity(fit.point.coordinates), low, high, plain)
+    return StepOfVelocity(t, command, middle, low, high, plain)
 
 
 def step_of_models(models: Sequence[HammersteinWiener], mean: HammersteinWiener) -> StepOfVelocity:

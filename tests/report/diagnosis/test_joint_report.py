@@ -13,6 +13,7 @@ from page_checks import check_page
 
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.provenance import provenance
+from bayes_hw.report.axis.axis_sight import axis_sight, velocity_step
 from bayes_hw.report.diagnosis.joint_report import joint_report
 from bayes_hw.report.page.document import Report
 from bayes_hw.report.page.render import render
@@ -52,6 +53,17 @@ def test_nothing_missing_is_said_with_its_probability(diagnosis: JointDiagnosis)
     assert "nothing is missing" in said and "% sure" in said
     page = page_of(diagnosis)
     assert len(page.badges) == 4 and page.badges[0].state == "good"
+
+
+def test_lines_of_the_axis_are_the_middle_of_their_bands(diagnosis: JointDiagnosis) -> None:
+    """Also where the draws are about another place than the explanation that was chosen."""
+    drawn = diagnosis.posterior.coordinates
+    away = replace(diagnosis.posterior, coordinates=drawn + 3 * (drawn[0] - drawn.mean(axis=0)))
+    sight, step = axis_sight(diagnosis.train, away), velocity_step(diagnosis.train, away)
+    assert (sight.low <= sight.model).all() and (sight.model <= sight.high).all()
+    assert (step.low <= step.velocity).all() and (step.velocity <= step.high).all()
+    own = axis_sight(diagnosis.train, diagnosis.posterior)
+    assert np.median(own.model[own.frequency_hz < 0.5]) == pytest.approx(1.0, abs=0.15)
 
 
 @pytest.mark.slow
