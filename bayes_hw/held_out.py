@@ -23,6 +23,11 @@ class HeldOut:
     lead: int
     said: str
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was chosen, for the notes: none where it was given."""
+        return (self.said,) if self.said else ()
+
 
 def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
     """Where none is given the last record is held out, or of a long one its end: about a third of all

@@ -326,12 +326,10 @@ def _from_records(parsed: argparse.Namespace, out: Path) -> None:
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
     chosen = held_out_of(given.records, given.holdout)
-    if chosen.said:
-        note(chosen.said)
+    for done in chosen.notes:
+        note(done)
     title = parsed.title or axis_name(parsed.case)
-    _joint(
-        parsed, out, chosen.train, chosen.holdout, title, (chosen.said,) * bool(chosen.said), lead=chosen.lead
-    )
+    _joint(parsed, out, chosen.train, chosen.holdout, title, chosen.notes, lead=chosen.lead)
 
 
 def _joint(

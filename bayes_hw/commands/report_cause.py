@@ -67,15 +67,15 @@ def report_cause(
     except InputError as error:
         note(f"the plain model is doubted, and what is missing cannot be sought: {error}")
         return False
-    for sentence in (chosen.said, *cut):
-        if sentence:
-            note(sentence)
+    done = (*chosen.notes, *cut)
+    for sentence in done:
+        note(sentence)
     diagnosis = diagnose_records(
         chosen.train,
         chosen.holdout,
         np.random.default_rng(parsed.seed),
         name=title,
-        notes=tuple(filter(None, (chosen.said, *cut))),
+        notes=done,
         progress=progress,
         lead=chosen.lead,
         drive=drive_of(parsed),

@@ -173,11 +173,10 @@ def _of_records(
     warn_of(cut)
     given = entered(own, holdout, origin=origin, start=start, accept=accept)
     chosen = held_out_of(given.records, given.holdout)
-    said = (chosen.said,) * bool(chosen.said)
-    warn_of(said)
+    warn_of(chosen.notes)
     found = joint_diagnosis.diagnose_records(
         chosen.train, chosen.holdout, rng, name=own[0].name, lead=chosen.lead, start=start, jobs=jobs,
-        within_s=within_s, notes=(*said, *notes),
+        within_s=within_s, notes=(*chosen.notes, *notes),
     )  # fmt: skip
     return GapDiagnosis(found)
 

@@ -65,8 +65,9 @@ def infer_alone(
         fit = explaining(found, decision)
         wider, extensions = widened(fit)
         if whole is not records:
+            on_base = fit is found.base
             found = on_whole_records(found, whole)
-            fit = explaining(found, decision)
+            fit = found.base if on_base else found.fit
             wider = fitted_to(wider, whole, found.base.response.weights)
     sections = sections_of_modes(fit, dominant_sections(fit), wider)
     poorly = _poorly_described(decision) or fit.observer is not None

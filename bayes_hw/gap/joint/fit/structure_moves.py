@@ -92,14 +92,12 @@ def widened(fit: JointFit, steps: int = 2) -> tuple[JointFit, tuple[Extension, .
             break
         every = extensions(fit)
         begun = zip(every, descended_each([extend(fit) for extend in every], 6), strict=True)
-        trials = sorted(begun, key=lambda one: -one[1].log_likelihood)[:2]
-        ended = zip([extend for extend, _ in trials], descended_each([t for _, t in trials]), strict=True)
-        extend, best = max(ended, key=lambda one: _akaike(one[1]), default=(None, fit))
-        if extend is None or _akaike(best) <= _akaike(fit):
+        kept = sorted(begun, key=lambda one: -one[1].log_likelihood)[:2]
+        ended = zip(kept, descended_each([trial for _, trial in kept]), strict=True)
+        better = [(extend, trial) for (extend, _), trial in ended if _akaike(trial) > _akaike(fit)]
+        if not better:
             break
-        if best.structure.sections < fit.structure.sections:
-            break
-        fit = best
+        extend, fit = max(better, key=lambda one: _akaike(one[1]))
         taken.append(extend)
     return fit, tuple(taken)
 

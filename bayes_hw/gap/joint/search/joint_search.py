@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -86,13 +87,11 @@ class JointAnswer:
         """The best cascade without effects and without known inputs."""
         return next((one.without for one in self.known if one.without is not None), self.base)
 
-    @property
+    @cached_property
     def follows_no_better(self) -> bool:
         """Whether the explanation, simulated without the corrections that it was fitted with, is further from
         the records than the model without it."""
-        if self.fit.observer is None:
-            return False
-        return not unobserved(self.fit)[0].point.rms < self.base.point.rms
+        return self.fit.observer is not None and not unobserved(self.fit)[0].point.rms < self.base.point.rms
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:

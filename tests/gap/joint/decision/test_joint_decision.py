@@ -228,10 +228,10 @@ def test_what_the_readings_show_comes_first() -> None:
 def test_a_law_that_only_corrections_keep_on_the_records_has_no_name() -> None:
     """Glitches of the readings stay."""
     quiet = Remainder(0, 0.0)
-    told = {"friction": 900.0}, {"outliers": 900.0}, {"friction": 900.0}, 900.0, ("friction",), quiet
+    told = {"friction": 900.0}, {"outliers": 950.0}, {"friction": 900.0}, 900.0, ("friction",), quiet
     assert decide(JointEvidence(*told)).answer == ("outliers", "friction")
     lost = JointEvidence(*told, follows_no_better=True)
-    assert decide(lost).answer == ("outliers", "other") or decide(lost).answer == ("other",)
+    assert decide(lost).answer == ("outliers", "other")
     assert decide(lost).probability["friction"] < 0.5 < decide(lost).probability["other"]
     assert JointEvidence.from_dict(lost.to_dict()) == lost
 
