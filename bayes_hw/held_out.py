@@ -1,9 +1,9 @@
-"""What is held out of records where nobody said."""
+"""What a diagnosis trains on and what is held out of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from bayes_hw.posing import Start, posed, rested
 from bayes_hw.record import Record
@@ -15,45 +15,40 @@ whole, since a short beginning is no record to train on."""
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Records to train on, those held out, how many of their first samples only lead in, and what was chosen
-    in words, empty where it was given."""
+    """Records to train on, those held out, how many of their first samples only lead in; in words what was
+    chosen and cut."""
 
     train: tuple[Record, ...]
     holdout: tuple[Record, ...]
     lead: int
-    said: str
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was chosen, for the notes: none where it was given."""
-        return (self.said,) if self.said else ()
+    notes: tuple[str, ...]
 
 
-def held_out_of(records: Sequence[Record], holdout: Sequence[Record]) -> HeldOut:
+def held_out_of(records: Sequence[Record], holdout: Sequence[Record], start: Start = "auto") -> HeldOut:
     """Where none is given the last record is held out, or of a long one its end: about a third of all
-    samples, since a structure chosen on few of them may be another one."""
+    samples, since a structure chosen on few of them may be another one.
+
+    What is left to train on begins where it first rests, unless `start` is "rest", and its angles count from
+    there; what is held out may begin in motion. Raises InputError where no record comes to rest.
+    """
     if holdout:
-        return HeldOut(tuple(records), tuple(holdout), 0, "")
+        return _from_rest_on(records, tuple(holdout), 0, (), start)
     *others, last = records
     samples = sum(len(record) for record in records)
     if others and len(last) <= WHOLE_SHARE * samples:
         said = f"no record was held out, so that the last, {last.name}, was: it scores and is not fitted"
-        return HeldOut(tuple(others), (last,), 0, said)
+        return _from_rest_on(others, (last,), 0, (said,), start)
     beginning, rest = last.split(1 - HELD_OUT_SHARE * samples / len(last))
     said = (
         f"no record was held out, so that the last {rest.duration_s:.3g} s of {last.name} were, a third of "
         "all samples: they score and are not fitted"
     )
-    return HeldOut((*others, beginning), (last,), len(beginning), said)
+    return _from_rest_on((*others, beginning), (last,), len(beginning), (said,), start)
 
 
-def from_rest_on(chosen: HeldOut, start: Start) -> tuple[HeldOut, tuple[str, ...]]:
-    """The same, records to train on that begin in motion cut to where they first rest, their angles counted
-    from there; in words what was cut.
-
-    Raises InputError where one does not come to rest in its first half.
-    """
-    train, cut = rested(chosen.train, start)
-    if not cut:
-        return chosen, ()
-    return replace(chosen, train=posed(train).records), cut
+def _from_rest_on(
+    train: Sequence[Record], holdout: tuple[Record, ...], lead: int, notes: tuple[str, ...], start: Start
+) -> HeldOut:
+    """The choice, records to train on cut to where they first rest."""
+    resting, cut = rested(train, start)
+    return HeldOut(posed(resting).records if cut else tuple(train), holdout, lead, (*notes, *cut))

@@ -16,11 +16,9 @@ from simulated_records import measured
 from strokes import draw_strokes
 
 from bayes_hw.cli import main
-from bayes_hw.commands.report_cause import HeldOut, from_rest_on
 from bayes_hw.control.controller import Controller
 from bayes_hw.errors import InputError
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.posing import posed
 
 
 def column(path: Path, name: str) -> np.ndarray:
@@ -123,23 +121,3 @@ def test_the_search_has_the_time_it_is_given(
     few_orders(monkeypatch)
     assert main(["report", "train_1.csv", "train_2.csv", "--out", "timed", "--within", "17"]) == 2
     assert "searched within 17 s" in capsys.readouterr().err
-
-
-def test_a_record_in_motion_is_searched_from_where_it_first_rests(small_axis: HammersteinWiener) -> None:
-    """Its angles count from there; one that never rests is refused in a sentence."""
-    u = measured(small_axis, 1200, seed=4).u.copy()
-    u[:80], u[80:200] = 0.6, 0.0
-    y = small_axis.simulate(u).y + 0.001 * np.random.default_rng(1).standard_normal(1200)
-    record = replace(measured(small_axis, 1200, seed=4), u=u, y=y).window(2.0, 60.0)
-    given = posed([record]).records
-    chosen = HeldOut(given, (measured(small_axis, 600, seed=5),), 0, "")
-    found, cut = from_rest_on(chosen, "auto")
-    assert len(cut) == 1 and "left out" in cut[0]
-    (train,) = found.train
-    assert 600 < len(train) < len(record) and abs(float(train.y[:20].mean())) < 0.005
-    assert found.holdout == chosen.holdout
-    still = replace(chosen, train=(measured(small_axis, 600, seed=6, rest=40),))
-    assert from_rest_on(still, "auto") == (still, ())
-    restless = replace(record, u=np.where(record.u == 0, 0.1, record.u))
-    with pytest.raises(InputError, match="begins in motion, and comes to rest nowhere"):
-        from_rest_on(replace(chosen, train=(restless,)), "auto")

@@ -324,8 +324,8 @@ def _from_records(parsed: argparse.Namespace, out: Path) -> None:
     if parsed.without:
         raise InputError("--without goes with a model; without one every effect is tried")
     check_output_folder(out)
-    given = records_of(parsed, parsed.case, parsed.holdout, at_rest=True)
-    chosen = held_out_of(given.records, given.holdout)
+    given = records_of(parsed, parsed.case, parsed.holdout, start="rest")
+    chosen = held_out_of(given.records, given.holdout, parsed.start)
     for done in chosen.notes:
         note(done)
     title = parsed.title or axis_name(parsed.case)

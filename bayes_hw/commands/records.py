@@ -12,7 +12,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.commands.inputs import read_records
 from bayes_hw.commands.speech import note
 from bayes_hw.entrance import SimulatedAxis, enter
-from bayes_hw.posing import Posed, rested
+from bayes_hw.posing import Posed, Start
 from bayes_hw.quantities import conversion, with_step
 from bayes_hw.record import Record, Units
 
@@ -80,29 +80,25 @@ def records_of(
     holdout: Sequence[str] = (),
     model: SimulatedAxis | None = None,
     needs_output: bool = True,
-    at_rest: bool = False,
+    start: Start | None = None,
 ) -> Posed:
-    """The records at `paths`, and those held out, as --origin and --start ask for them; says what was done.
-
-    Where the estimate has to begin `at_rest`, records of `paths` are cut as `rested` does.
+    """The records at `paths`, and those held out, as --origin and --start ask for them, or as `start` does
+    where it is given; says what was done.
 
     Raises InputError on what `read_records` and `enter` refuse.
     """
     units = None if model is None else model.units
     records: Sequence[Record] = read_records(parsed, paths, units, needs_output=needs_output)
-    cut: tuple[str, ...] = ()
-    if at_rest:
-        records, cut = rested(records, parsed.start)
     held_out = read_records(parsed, holdout, units or records[0].units) if holdout else []
     found = enter(
         records,
         held_out,
         model=model,
         origin=parsed.origin,
-        start=parsed.start,
+        start=start or parsed.start,
         accepted=parsed.accept,
         looked_at=True,
     )
-    for sentence in (*cut, *found.notes):
+    for sentence in found.notes:
         note(sentence)
     return found

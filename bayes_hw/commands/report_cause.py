@@ -19,7 +19,7 @@ from bayes_hw.gap.joint.answer.corrected_model import predict_corrected
 from bayes_hw.gap.joint.corrected_posterior import corrected_posterior
 from bayes_hw.gap.joint.fit.unreached_limits import standing_outermost
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
-from bayes_hw.held_out import HeldOut, from_rest_on, held_out_of
+from bayes_hw.held_out import HeldOut, held_out_of
 from bayes_hw.posing import Posed
 from bayes_hw.progress import Progress
 from bayes_hw.provenance import provenance_of
@@ -63,19 +63,18 @@ def report_cause(
     for suspicion in suspicions(beginning):
         progress.say(f"the plain model is doubted: {suspicion}")
     try:
-        chosen, cut = from_rest_on(held_out_of(given.records, given.holdout), parsed.start)
+        chosen = held_out_of(given.records, given.holdout, parsed.start)
     except InputError as error:
         note(f"the plain model is doubted, and what is missing cannot be sought: {error}")
         return False
-    done = (*chosen.notes, *cut)
-    for sentence in done:
+    for sentence in chosen.notes:
         note(sentence)
     diagnosis = diagnose_records(
         chosen.train,
         chosen.holdout,
         np.random.default_rng(parsed.seed),
         name=title,
-        notes=done,
+        notes=chosen.notes,
         progress=progress,
         lead=chosen.lead,
         drive=drive_of(parsed),

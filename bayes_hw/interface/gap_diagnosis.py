@@ -23,7 +23,7 @@ from bayes_hw.interface.doors import entered, warn_of
 from bayes_hw.interface.identified_axis import IdentifiedAxis
 from bayes_hw.interface.notebook import table_with_words
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
-from bayes_hw.posing import Origin, Start, rested
+from bayes_hw.posing import Origin, Start
 from bayes_hw.python_words import in_python
 from bayes_hw.record import Record
 from bayes_hw.report.diagnosis.figures_diagnosis import gap_canvas
@@ -169,13 +169,11 @@ def _of_records(
     notes: Sequence[str] = (),
 ) -> GapDiagnosis:
     """The diagnosis of records alone; where none is held out, a part of them is."""
-    own, cut = rested(records, start)
-    warn_of(cut)
-    given = entered(own, holdout, origin=origin, start=start, accept=accept)
-    chosen = held_out_of(given.records, given.holdout)
+    given = entered(records, holdout, origin=origin, start="rest", accept=accept)
+    chosen = held_out_of(given.records, given.holdout, start)
     warn_of(chosen.notes)
     found = joint_diagnosis.diagnose_records(
-        chosen.train, chosen.holdout, rng, name=own[0].name, lead=chosen.lead, start=start, jobs=jobs,
+        chosen.train, chosen.holdout, rng, name=records[0].name, lead=chosen.lead, start=start, jobs=jobs,
         within_s=within_s, notes=(*chosen.notes, *notes),
     )  # fmt: skip
     return GapDiagnosis(found)
