@@ -156,9 +156,9 @@ def relation(command: FloatArray, angle: FloatArray, rate_hz: float) -> Relation
 
 
 def _runs_back(command: FloatArray, angle: FloatArray, rate_hz: float) -> bool:
-    """Whether the angle's level falls as the command's integral rises: beyond a resonance an angle runs
-    against a command that it follows in the long run."""
-    return integral_regression(command, angle, rate_hz).correlation < 0
+    """Whether the angle's level clearly falls as the command's integral rises: beyond a resonance an angle
+    runs against a command that it follows in the long run, and one that creeps does so of either."""
+    return integral_regression(command, angle, rate_hz).correlation < -CLEAR
 
 
 def _is_rather(one: Following, other: Following) -> bool:

@@ -63,12 +63,13 @@ def test_gain_is_that_below_the_mode(kind: str) -> None:
     assert faster is not None and faster.gain == pytest.approx(10 * found.gain)
 
 
-def test_beyond_a_mode_an_angle_that_runs_against_its_command_is_not_inverted() -> None:
+@pytest.mark.parametrize("creep", [0.0, 0.3, -0.3])
+def test_beyond_a_mode_an_angle_that_runs_against_its_command_is_not_inverted(creep: float) -> None:
     """A command that holds nearly one frequency, above the mode: its speed is opposed there, and no record at
-    lower frequencies says otherwise."""
+    lower frequencies says otherwise; nor does an angle that creeps for the rest, either way."""
     t = np.arange(SAMPLES) / RATE_HZ
     u = np.where(t > 2, 0.5 * np.sin(2 * np.pi * 2.0 * (t - 2)) * (1 + 0.5 * np.sin(0.3 * t)), 0.0)
-    y = axis(u, 1.0, 7)
+    y = axis(u, 1.0, 7) + creep * np.tanh((t - 40) / 10)
     found = following(u, y, RATE_HZ)
     assert found is not None and found.is_opposed
     assert relation(u, y, RATE_HZ) != "inverted"

@@ -39,6 +39,7 @@ PARAMETER_WORDS: Mapping[str, str] = MappingProxyType(
         "half_gap": "half of the gap",
         "log_ratio": "logarithm of the ratio",
         "share_repeated": "share of repeated readings",
+        "share_held": "share of readings that show the angle before them",
         "sd": "standard deviation of the instants",
     }
 )

@@ -193,6 +193,10 @@ def _readings(sized: Sized, label: str) -> list[str]:
         said.append(f"samples are off their instants by {1000 * p[f'{label}.sd']:.3g} ms (one sd)")
     if f"{label}.share_repeated" in p:
         said.append(f"{100 * p[f'{label}.share_repeated']:.3g} % of the readings repeat the one before")
+    if f"{label}.share_held" in p:
+        said.append(
+            f"{100 * p[f'{label}.share_held']:.3g} % of the readings show the angle of the one before"
+        )
     if f"{label}.rate" in p:
         size = p.get(f"{label}.size", 0.0)
         rate = 1000 * p[f"{label}.rate"]

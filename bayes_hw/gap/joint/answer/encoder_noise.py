@@ -8,7 +8,6 @@ from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior.joint_closure import DOUBT, MIMICKED, PLAIN_DOUBT, walks
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 
 
@@ -22,7 +21,7 @@ def encoder_sigma(found: JointAnswer, decision: JointDecision, fit: JointFit) ->
         or (OTHER in answer and OTHER not in fit.labels)
         or walks(fit, decision.answer)
     )
-    sigma = innovation_sigma(fit) if moves else fit.point.rms
+    sigma = fit.innovation_sigma if moves else fit.point.rms
     if moves and fit.slow is not None:
         sigma = fit.slow.of_readings(sigma)
     readings = found.readings

@@ -64,6 +64,11 @@ class JointFit:
         return list(found) if weights is None else [e * w for e, w in zip(found, weights, strict=True)]
 
     @property
+    def innovation_sigma(self) -> float:
+        """Standard deviation of the innovations, output units where the weights are one."""
+        return float(np.sqrt(self.point.sum_of_squares / self.point.samples))
+
+    @property
     def levels(self) -> FloatArray:
         """Of every record (records,) as the fit tells them, zero where a level is known; of one in observer
         form as its simulation does, since readings that correct it tell no level."""

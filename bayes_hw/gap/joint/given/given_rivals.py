@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, highest
-from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_moves import (
@@ -29,7 +28,7 @@ from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
 
 SLOW = (WIND, WALK)
-EXCHANGED_AROUND_A_MODEL = (*EXCHANGED, *(form for form in DRIVE_FORMS if form.law not in PERIODIC))
+
 SHAPE_LEAD = 50.0
 """Nats by which a function of position must lead to end a search."""
 
@@ -116,7 +115,7 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
     """
     begun: dict[str, GivenFit] = {}
     last = len(fit.values.effects) - 1
-    for one in exchanges(fit, last, EXCHANGED_AROUND_A_MODEL) if last in laws_of(fit) else ():
+    for one in exchanges(fit, last, EXCHANGED) if last in laws_of(fit) else ():
         named = named_by_sight(one)
         effect = named.values.effects[-1]
         if named.effect_labels[-1] not in fit.labels and effect.is_own_law:

@@ -34,7 +34,7 @@ from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
 from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
 from bayes_hw.gap.joint.given.settled import settled
-from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
+from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, STEPS_OF_A_PERIOD
@@ -103,14 +103,13 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
     if "timing_jitter.sd" in readings.parameters and is_shape(base, base):
         # What is wrong by position is wrong by speed too.
         readings = read_faults(free_shape(base))
+    if not readings.nats:
+        return base, readings
+    base = reweighted(base, readings)
     if readings.rounded_first:
-        return without_rounding(reweighted(base, readings), readings)
-    if readings.nats:
-        base = reweighted(base, readings)
-        again = read_faults(base)
-        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
-            base, readings = reweighted(base, again), again
-    return base, readings
+        base, readings = without_rounding(base, readings)
+    again = glitches_read_again(base, readings)
+    return (base, readings) if again is readings else (reweighted(base, again), again)
 
 
 def described(fit: GivenFit) -> str:

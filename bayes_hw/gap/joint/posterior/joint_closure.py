@@ -13,7 +13,6 @@ from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import highest_density_interval
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.reading_faults import MASK, glitches
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
@@ -53,7 +52,7 @@ class Floor:
         level = spread(fit) if ROUNDING in answer else sigma
         doubt = DOUBT if set(answer) & {ROUNDING, *MIMICKED} else PLAIN_DOUBT
         error = level * (ESTIMATED / np.sqrt(2 * samples_of_variance(fit.point.residuals)) + doubt)
-        white = innovation_sigma(fit) if fit.point.whitener.order > 1 else level
+        white = fit.innovation_sigma if fit.point.whitener.order > 1 else level
         return cls(level, float(error), min(level, white), walks(fit, answer))
 
 

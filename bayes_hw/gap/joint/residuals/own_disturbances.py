@@ -16,7 +16,6 @@ import numpy as np
 
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.response.effect_paths import limited_and_gain
 
 STRENGTH_LOG_SD = 0.25
@@ -46,7 +45,7 @@ class _Spectra:
         points = 1 << int(np.ceil(np.log2(2 * longest)))
         total, plain = cause.spectra(whitener, points)
         first = np.fft.irfft(_least_phase(total))[0]
-        unit = (innovation_sigma(fit) / first) ** 2
+        unit = (fit.innovation_sigma / first) ** 2
         slow = np.maximum(total - plain, LEAST_SLOW * total)
         return cls(points, unit * total, unit * plain, np.sqrt(unit) * _least_phase(slow))
 

@@ -12,7 +12,7 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.command_trace import command_nats
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.gap.joint.residuals.own_disturbances import refuting_nats
-from bayes_hw.gap.joint.residuals.readings import less_for_tails
+from bayes_hw.gap.joint.residuals.speed_noise import less_for_tails
 from bayes_hw.identify.growth.descent import innovations
 
 LONGEST_RHYTHM = 12

@@ -16,12 +16,12 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, LABEL_PRICE_NATS, AnyFit
 from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
+from bayes_hw.gap.joint.residuals.reading_parts import ROUNDING
 from bayes_hw.gap.joint.residuals.readings import Readings, read_faults
 from bayes_hw.identify.growth.descent import descend, evaluate
 from bayes_hw.record import Record
 
 HARMONICS, ROUNDS = 3, 3
-ROUNDING = "encoder_quantization"
 
 
 def without_rounding(fit: AnyFit, readings: Readings) -> tuple[AnyFit, Readings]:

@@ -13,7 +13,8 @@ from bayes_hw.gap.joint.fit.other_cascades import with_pole
 from bayes_hw.gap.joint.fit.structure_moves import regrown
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.residuals.heavy_tails import with_heavy_tails
-from bayes_hw.gap.joint.residuals.readings import Readings, jumps, read_faults, weighted
+from bayes_hw.gap.joint.residuals.jumps import jumps
+from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_faults, weighted
 from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
@@ -115,10 +116,9 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         base = regrown(base) if readings.taken_off else base
     if any(np.any(w != 1) for w in readings.weights):
         base = weighted(base, readings.weights)
-        again = read_faults(base)
-        if "outliers" in readings.nats and again.nats.get("outliers", 0) > 0:
-            readings = again
-            base = weighted(base, readings.weights)
+        again = glitches_read_again(base, readings)
+        if again is not readings:
+            base, readings = weighted(base, again.weights), again
     base = with_heavy_tails(base, VERIFIED_NATS)
     say(f"without effects: {described(base)}")
     return base, readings

@@ -16,7 +16,6 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WIND
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.search.effect_moves import each_cause
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import residuals_at
@@ -39,7 +38,7 @@ def clear_of_zone(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...
     """`records` with what lies in reach of the dead zone taken for not measured; None where the error that
     the fit leaves is not slow, where that is none of the samples or too many, or where a record would be
     left without any."""
-    return None if fit.point.rms < SLOW * innovation_sigma(fit) else out_of_reach(fit, records)
+    return None if fit.point.rms < SLOW * fit.innovation_sigma else out_of_reach(fit, records)
 
 
 def out_of_reach(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:
@@ -74,7 +73,7 @@ def nats_inside(fit: JointFit, records: Sequence[Record], inside: Sequence[BoolA
     both = [a | b for a, b in zip(clear, inside, strict=True)]
     response = replace(fit.response, records=_measured_where(records, both))
     errors = residuals_at(response, point.coordinates, whitener)
-    variance = innovation_sigma(fit) ** 2
+    variance = fit.innovation_sigma**2
     if cause.cause != WIND:
         every = _log_likelihood(whitener, errors, both, variance)
         return every - _log_likelihood(whitener, errors, clear, variance)

@@ -16,8 +16,8 @@ import numpy as np
 
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
-from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
 from bayes_hw.gap.joint.response.effect_paths import port_columns
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
@@ -26,9 +26,10 @@ from bayes_hw.time_budget import time_is_up
 
 PERIODIC = (K.RIPPLE, K.MODULATED)
 EXCHANGED: tuple[Form, ...] = tuple(
-    form for form in FORMS if form.is_law and not form.further and form.law not in PERIODIC
+    form for form in GIVEN_FORMS if form.is_law and not form.further and form.law not in PERIODIC
 )
-"""Laws that are not periodic in position."""
+"""Laws that are not periodic in position, those of the drive and its loop with them: a motion that a law
+looks at may be what the loop asks for."""
 
 ALIKE = 0.9
 """Correlation of the torques from which an exchange is tried, and how many are."""

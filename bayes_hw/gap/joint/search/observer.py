@@ -19,7 +19,6 @@ from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, Form
-from bayes_hw.gap.joint.residuals.readings import innovation_sigma
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.cascade import CascadeValues
 
@@ -68,7 +67,7 @@ def observed(fit: JointFit) -> list[JointFit]:
     entering = np.stack([np.concatenate([e.ports.real, e.ports.sections.T.ravel()]) for e in laws], axis=1)  # type: ignore[union-attr]
     found = []
     for share in SHARES:
-        gain = kalman_gain(values.cascade, share * sizes * entering, innovation_sigma(fit))
+        gain = kalman_gain(values.cascade, share * sizes * entering, fit.innovation_sigma)
         if gain is not None:
             found.append(_with_gain(fit, gain))
     return sorted(found, key=lambda fit: -fit.score)[:GAINS_TRIED]

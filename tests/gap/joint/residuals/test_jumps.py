@@ -12,7 +12,7 @@ from joint_axis import CASCADE, SIGMA, STRUCTURE, measured, scale
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WALK
-from bayes_hw.gap.joint.residuals.readings import jumps, sum_kurtosis
+from bayes_hw.gap.joint.residuals.jumps import jumps, sum_kurtosis
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import with_slow_noise

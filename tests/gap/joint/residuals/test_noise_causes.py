@@ -11,7 +11,7 @@ from numpy.random import default_rng
 from scipy.signal import lfilter
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.residuals.readings import less_for_tails, signed_speed, speed_noise, speeds
+from bayes_hw.gap.joint.residuals.speed_noise import less_for_tails, signed_speed, speed_noise, speeds
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate, innovations

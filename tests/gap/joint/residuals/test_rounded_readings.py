@@ -50,6 +50,28 @@ def test_the_noise_and_the_base_are_left() -> None:
     assert back.point.rms > STEP / np.sqrt(12)
 
 
+@pytest.mark.parametrize("before", [False, True])
+def test_glitches_of_rounded_readings_are_found_beside_the_rounding(before: bool) -> None:
+    """Whether the noise was there before the rounding or came after it; what is rounded alone has none."""
+    plain = rounded((1, 2)) if not before else []
+    plain = plain or [replace(r, y=STEP * np.round(r.y / STEP)) for r in measured((), SAMPLES, (1, 2))]
+    base, told = given_search.base_and_readings(plain, model())
+    assert told.nats.keys() == {ROUNDING}
+    hit = np.arange(40, SAMPLES, 75)
+    jumps = np.where(np.arange(len(hit)) % 2, 15 * STEP, -15 * STEP)
+    far = [r.y.copy() for r in plain]
+    for y in far:
+        y[hit] += jumps
+    base, told = given_search.base_and_readings(
+        [replace(r, y=y) for r, y in zip(plain, far, strict=True)], model()
+    )
+    assert told.nats.keys() == {ROUNDING, "outliers"}
+    assert told.step == pytest.approx(STEP, rel=0.01)
+    for weights in told.weights:
+        np.testing.assert_array_equal(np.flatnonzero(weights > 1), hit)
+    assert base.values.cascade.upper == pytest.approx(0.3, rel=0.02)
+
+
 def test_limits_that_no_command_reaches_are_left_to_their_prior() -> None:
     """The readings' offset is found beside them."""
     response, values = response_with((), SAMPLES)

@@ -90,6 +90,20 @@ def test_a_law_beside_another_one_is_exchanged_too(first: bool) -> None:
     assert any(band not in [e.form for e in one.values.effects] for one in found)
 
 
+@pytest.mark.parametrize("name", ["dead band of the drive", "torque limit of the drive"])
+def test_what_the_drive_does_is_reached_from_records_alone(name: str) -> None:
+    """A law of the drive's demand stands in the place of a contact that explains its records, as well as at
+    its own start."""
+    band = replace(RUB, form=next(one for one in DRIVE_FORMS if one.name == name), values=np.array([0.02]))
+    truth = _fit(band, band)
+    wrong = _fit(band, RUB).descended()
+    with np.errstate(all="ignore"):
+        found = [*exchanged(wrong), *begun_in_its_place(wrong, [])]
+    of_the_drive = [one for one in found if one.values.effects[-1].form in DRIVE_FORMS]
+    assert of_the_drive
+    assert max(one.log_likelihood for one in of_the_drive) > truth.log_likelihood - 10
+
+
 @pytest.mark.parametrize("twist", [True, False])
 def test_a_friction_that_looks_at_a_twist_is_contact_in_a_gap(twist: bool) -> None:
     """Its law, its numbers and its likelihood stay; one that looks at the speed keeps its name."""

@@ -31,7 +31,7 @@ from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.posterior.joint_closure import spread
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
-from bayes_hw.gap.joint.residuals.readings import Readings, innovation_sigma, read_faults
+from bayes_hw.gap.joint.residuals.readings import Readings, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
@@ -192,8 +192,8 @@ def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
     point = evaluate(response, response.coordinates(JointValues(SLOW, begun)))
     simulated = JointFit(response, point)
     free, found = simulated.descended(), observed(simulated)[0].descended()
-    assert innovation_sigma(free) > 3 * sigma
-    assert innovation_sigma(found) < 1.1 * sigma
+    assert free.innovation_sigma > 3 * sigma
+    assert found.innovation_sigma < 1.1 * sigma
     np.testing.assert_allclose(found.values.effects[1].values, gap, rtol=0.05)
     (note,) = of_followed(found)
     off, left = spread(unobserved(found)[0]), spread(found)
