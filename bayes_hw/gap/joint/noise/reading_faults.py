@@ -1,4 +1,4 @@
-"""What the readings themselves show, whatever the axis does: rounding, repeats, held angles, glitches."""
+"""What the readings themselves show, whatever the axis does: rounding, repeats, glitches."""
 
 from __future__ import annotations
 
@@ -27,10 +27,6 @@ BINS_OF_A_STEP, REFINED, LONGEST_SPECTRUM = 16, 8, 2**19
 
 SURPRISE, UNLIKELY = 5.0, 1e-4
 """Standard deviations of a count beyond chance; chance of one repeat below which it is no chance."""
-
-HELD_NATS, HELD_ROUNDS, FAR = 60.0, 40, 10.0
-"""What angles held for a sample must gain; rounds of expectation and maximisation; spread of readings that
-are far off for any other reason, over the usual one."""
 
 GLITCH_LEVELS = 6.0
 FEWEST_GLITCHES = 6
@@ -130,55 +126,10 @@ class Glitches:
         return self.count >= FEWEST_GLITCHES and self.isolated >= ISOLATED_SHARE
 
 
-@dataclass(frozen=True, eq=False)
-class HeldAngles:
-    """Masks (samples,) of every record where an angle was more likely held than not, the share of all samples
-    that were held, and the nats of that."""
-
-    masks: tuple[BoolArray, ...]
-    share: float
-    nats: float
-
-    @property
-    def present(self) -> bool:
-        return self.nats > HELD_NATS
-
-
-def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], noise: float) -> HeldAngles:
-    """Samples that show the angle before them under noise of their own: their residual departs from that of
-    their neighbours by the step of `angles` to them, against the motion.
-
-    A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood; nats are over one
-    without held ones, or with steps along the motion where that is more.
-    """
-    departures = [e - _running_median(e) for e in residuals]
-    usual = max(robust_sigma(np.concatenate(departures)), noise, float(np.finfo(float).tiny))
-    e = np.concatenate(departures) / usual
-    step = np.concatenate([np.diff(angle, prepend=angle[:1]) for angle in angles]) / usual
-    plain, far = np.exp(-0.5 * e**2), np.exp(-0.5 * (e / FAR) ** 2) / FAR
-    without, _ = _mixture([plain, far])
-    along, _ = _mixture([plain, far, np.exp(-0.5 * (e - step) ** 2)])
-    against, parts = _mixture([plain, far, np.exp(-0.5 * (e + step) ** 2)])
-    ends = np.cumsum([len(one) for one in departures])[:-1]
-    masks = tuple(np.split(parts[2] > 0.5, ends))
-    return HeldAngles(masks, float(np.mean(parts[2])), against - max(along, without))
-
-
-def _mixture(densities: Sequence[FloatArray]) -> tuple[float, FloatArray]:
-    """Log-likelihood of a mixture of `densities` (samples,) at its likeliest shares, and what of every sample
-    belongs to each (densities, samples)."""
-    stacked = np.stack(densities) + np.finfo(float).tiny
-    shares = np.full((len(stacked), 1), 1 / len(stacked))
-    for _ in range(HELD_ROUNDS):
-        parts = shares * stacked / np.sum(shares * stacked, axis=0)
-        shares = np.mean(parts, axis=1, keepdims=True)
-    return float(np.sum(np.log(np.sum(shares * stacked, axis=0)))), parts
-
-
 def glitches(residuals: Sequence[FloatArray], least: float = 0.0) -> Glitches:
     """Samples whose residual departs from the median of its neighbours by more than GLITCH_LEVELS, of the
     usual departure or of the `least` that it may be taken for."""
-    departures = [e - _running_median(e) for e in residuals]
+    departures = [e - running_median(e) for e in residuals]
     level = robust_sigma(np.concatenate(departures))
     level = max(level, least, float(np.finfo(float).tiny))
     masks, isolated, nats = [], 0, 0.0
@@ -193,7 +144,7 @@ def glitches(residuals: Sequence[FloatArray], least: float = 0.0) -> Glitches:
     return Glitches(tuple(masks), count, isolated / max(count, 1), nats)
 
 
-def _running_median(e: FloatArray) -> FloatArray:
+def running_median(e: FloatArray) -> FloatArray:
     padded = np.concatenate([e[2:0:-1], e, e[-2:-4:-1]])
     others = np.stack([padded[i : i + len(e)] for i in (0, 1, 3, 4)])
     return np.asarray(np.median(others, axis=0), dtype=np.float64)

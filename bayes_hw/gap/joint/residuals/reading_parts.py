@@ -9,12 +9,12 @@ import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.noise.held_angles import held_angles
 from bayes_hw.gap.joint.noise.reading_faults import (
     MASK,
     REPEAT_SHARE,
     Glitches,
     glitches,
-    held_angles,
     repeats,
     rounded_motion,
     rounding_step,

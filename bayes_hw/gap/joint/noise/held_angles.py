@@ -1,0 +1,87 @@
+"""Angles that are held for some samples, read with fresh noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayes_hw.arrays import BoolArray, FloatArray, robust_sigma
+from bayes_hw.gap.joint.noise.reading_faults import running_median
+
+LEAST_NATS, ROUNDS, FAR = 60.0, 40, 10.0
+"""What held angles must gain; rounds of expectation and maximisation; spread of readings that are far off for
+any other reason, over the usual one."""
+
+EITHER_WAY = 1.5
+"""Times what offsets along the motion gain, that those against it must: a fit lags by the mean of what is
+held, beside which other samples are ahead."""
+
+LONGEST_HELD, MEDIAN_ROUNDS = 3, 3
+"""Samples for which an angle is held at most; rounds in which what is slow is told beside what is held."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldAngles:
+    """Masks (samples,) of every record where an angle was more likely held than not, the share of all samples
+    that were held, and the nats of that."""
+
+    masks: tuple[BoolArray, ...]
+    share: float
+    nats: float
+
+    @property
+    def present(self) -> bool:
+        return self.nats > LEAST_NATS
+
+
+def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], noise: float) -> HeldAngles:
+    """Samples that show an angle of up to LONGEST_HELD samples before under noise of their own: their
+    residual departs from that of their neighbours by the step of `angles` to them, against the motion.
+
+    A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood; nats are over one
+    without held ones, less EITHER_WAY times what steps along the motion gain, as those of odd instants do.
+    """
+    behind = np.concatenate([_steps_back(angle) for angle in angles], axis=1)
+    without, _ = _beside_slow(residuals, behind[:0], noise)
+    along, _ = _beside_slow(residuals, -behind, noise)
+    against, held = _beside_slow(residuals, behind, noise)
+    ends = np.cumsum([len(one) for one in residuals])[:-1]
+    masks = tuple(np.split(held > 0.5, ends))
+    return HeldAngles(masks, float(np.mean(held)), against - without - EITHER_WAY * max(along - without, 0.0))
+
+
+def _beside_slow(
+    residuals: Sequence[FloatArray], offsets: FloatArray, noise: float
+) -> tuple[float, FloatArray]:
+    """Log-likelihood of departures from what is slow, of which some are one of `offsets` (kinds, samples) and
+    some FAR, and how likely each sample is an offset one (samples,)."""
+    e = np.concatenate(list(residuals))
+    ends = np.cumsum([len(one) for one in residuals])[:-1]
+    expected = np.zeros_like(e)
+    for _ in range(MEDIAN_ROUNDS):
+        slow = np.concatenate([running_median(one) for one in np.split(e - expected, ends)])
+        usual = max(robust_sigma(e - expected - slow), noise, float(np.finfo(float).tiny))
+        d = (e - slow) / usual
+        plain, far = np.exp(-0.5 * d**2), np.exp(-0.5 * (d / FAR) ** 2) / FAR
+        total, parts = _mixture([plain, far, *np.exp(-0.5 * (d - offsets / usual) ** 2)])
+        expected = np.sum(parts[2:] * offsets, axis=0)
+    return total - len(e) * float(np.log(usual)), np.sum(parts[2:], axis=0)
+
+
+def _steps_back(angle: FloatArray) -> FloatArray:
+    """An angle (samples,) of 1, 2, ... samples before less that of each sample (LONGEST_HELD, samples)."""
+    before = [np.concatenate([np.full(k, angle[0]), angle[:-k]]) for k in range(1, LONGEST_HELD + 1)]
+    return np.stack(before) - angle
+
+
+def _mixture(densities: Sequence[FloatArray]) -> tuple[float, FloatArray]:
+    """Log-likelihood of a mixture of `densities` (samples,) at its likeliest shares, and what of every sample
+    belongs to each (densities, samples)."""
+    stacked = np.stack(densities) + np.finfo(float).tiny
+    shares = np.full((len(stacked), 1), 1 / len(stacked))
+    for _ in range(ROUNDS):
+        parts = shares * stacked / np.sum(shares * stacked, axis=0)
+        shares = np.mean(parts, axis=1, keepdims=True)
+    return float(np.sum(np.log(np.sum(shares * stacked, axis=0)))), parts

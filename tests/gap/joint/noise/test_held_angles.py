@@ -1,0 +1,49 @@
+"""Angles that were held are found beneath fresh noise, and nothing else is taken for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.noise.held_angles import held_angles
+
+
+def _swing(samples: int) -> FloatArray:
+    """An angle that is fast now and then, output units of its noise."""
+    time = np.arange(samples)
+    return 400 * np.sin(2 * np.pi * time / 300) * np.sin(2 * np.pi * time / 1700)
+
+
+@pytest.mark.parametrize("share", [0.04, 0.1, 0.25, 0.4])
+def test_angles_held_beneath_fresh_noise_are_found(share: float) -> None:
+    """Their share, but for those held for longer, and which they are where the axis moves by many times the
+    noise; not their readings but their angles repeat, so that no reading does."""
+    rng = np.random.default_rng(9)
+    angle = _swing(4000)
+    kept = rng.random(4000) < share
+    kept[0] = False
+    shown = angle[np.maximum.accumulate(np.where(kept, 0, np.arange(4000)))] + rng.standard_normal(4000)
+    found = held_angles([shown - angle], [angle], 0.0)
+    assert found.present
+    assert found.share == pytest.approx(float(np.mean(kept)), rel=0.25)
+    fast = np.abs(np.gradient(angle)) > 6
+    assert np.mean(found.masks[0][fast] == kept[fast]) > 0.92
+
+
+@pytest.mark.parametrize("kind", ["noise", "glitches", "jitter", "late", "coloured"])
+def test_nothing_else_is_an_angle_held(kind: str) -> None:
+    """Glitches either way, instants that are off either way, a constant lag, and slow errors are not."""
+    rng = np.random.default_rng(10)
+    angle, e = _swing(4000), rng.standard_normal(4000)
+    step = np.diff(angle, prepend=0.0)
+    if kind == "glitches":
+        e += np.where(rng.random(4000) < 0.02, 15 * rng.standard_normal(4000), 0)
+    elif kind == "jitter":
+        e += step * 0.4 * rng.standard_normal(4000)
+    elif kind == "late":
+        e -= 0.7 * step
+    elif kind == "coloured":
+        e = lfilter([1.0], [1.0, -0.95], 3 * e)
+    assert not held_angles([e], [angle], 0.0).present
