@@ -31,6 +31,9 @@ ROUNDED = 1.6
 CERTAIN_NATS = 1000.0
 """Of what readings show by themselves, whatever the axis did."""
 
+MOVING_SHARE = 0.2
+"""Of a step, by which an axis moves a sample where what rounding adds scatters as it always does."""
+
 LEAST_LEVEL = 0.05
 """Share of the innovations' variance that is left to samples at rest at least."""
 
@@ -163,12 +166,11 @@ def rounded_beneath(looked: Looked) -> Fault | None:
 
 def mistimed(looked: Looked) -> Fault | None:
     """Noise that grows with the speed, where nothing is far off, nor rounded beneath the noise; where
-    rounding shows, at speeds of more than its step a sample."""
+    rounding shows, at speeds of some of its step a sample: what it adds grows as the axis begins to move."""
     if looked.rounded_first or GLITCHES in looked.nats:
         return None
     residuals = [np.where(w > 1, 0.0, e) for e, w in zip(looked.residuals, looked.weights, strict=True)]
-    slowest = looked.step if looked.step is not None and ROUNDING in looked.nats else 0.0
-    noise = speed_noise(looked.fit, residuals, slowest)
+    noise = speed_noise(looked.fit, residuals, MOVING_SHARE * np.sqrt(12) * looked.rounding_error)
     if not noise.present:
         return None
     variance, jitter = looked.innovation**2, noise.jitter**2
