@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import SIGMA, command, form, measured, model, record, response_with
+from joint_axis import RATE, SIGMA, command, form, measured, model, record, response_with
 
 from bayes_hw.gap.joint.given import given_search
 from bayes_hw.gap.joint.given.given_response import LIMITS
@@ -70,6 +70,23 @@ def test_glitches_of_rounded_readings_are_found_beside_the_rounding(before: bool
     for weights in told.weights:
         np.testing.assert_array_equal(np.flatnonzero(weights > 1), hit)
     assert base.values.cascade.upper == pytest.approx(0.3, rel=0.02)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.1])
+def test_instants_that_are_off_are_found_beside_the_rounding(off: float) -> None:
+    """What rounding adds grows as an axis begins to move, and is no error of timing."""
+    rng, found = np.random.default_rng(12), []
+    response, values = response_with((), SAMPLES)
+    own, step = np.arange(SAMPLES), 0.05 * STEP
+    for seed in (1, 2):
+        angle = response.simulate(values, command(SAMPLES, seed)).y
+        read = np.interp(own + off * np.clip(rng.standard_normal(SAMPLES), -3, 3), own, angle)
+        noisy = read + 0.05 * SIGMA * rng.standard_normal(SAMPLES)
+        found.append(record(step * np.round(noisy / step), seed))
+    _, told = given_search.base_and_readings(found, model())
+    assert told.nats.keys() == ({ROUNDING, "timing_jitter"} if off else {ROUNDING})
+    if off:
+        assert told.parameters["timing_jitter.sd"] * RATE == pytest.approx(off, rel=0.3)
 
 
 def test_limits_that_no_command_reaches_are_left_to_their_prior() -> None:
