@@ -113,8 +113,9 @@ def decide(
         # Corrected at every sample any law predicts the next one; of the axis is what moves as it does.
         remains = max([remains, *(evidence.pop(label) for label in found.nats if label in evidence)])
     if found.remainder.rhythm > calibration.nats_of_rhythm:
-        # Readings that are worse at every m-th sample are no worse by speed, or not by that alone.
-        evidence.pop("timing_jitter", None)
+        # Readings that are worse at every m-th sample are so neither by speed nor by chance, or not alone.
+        for label in ("timing_jitter", "outliers"):
+            evidence.pop(label, None)
         remains = max(remains, found.remainder.rhythm)
     elif max(found.remainder.commanded, found.remainder.refuted) > calibration.nats_refuting:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.

@@ -240,8 +240,10 @@ def test_a_rhythm_of_samples_has_no_name() -> None:
     quiet = Remainder(0, 0.0, 90.0)
     found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
-    late = decide(JointEvidence({}, {"timing_jitter": 600.0}, {}, 0.0, (), quiet))
-    assert late.answer == ("other",)
+    for label in ("timing_jitter", "outliers"):
+        assert decide(JointEvidence({}, {label: 600.0}, {}, 0.0, (), quiet)).answer == ("other",)
+    rounded = decide(JointEvidence({}, {"encoder_quantization": 600.0}, {}, 0.0, (), quiet))
+    assert rounded.answer == ("encoder_quantization", "other")
     assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
 
 
