@@ -247,19 +247,21 @@ def binned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
 
 
 def late_readings(seen: Seen, label: str) -> EffectView:
-    """Error over speed: readings at the wrong instant err in proportion to it."""
-    del label
+    """Error over speed: readings at the wrong instant err in proportion to it, those that show the sample
+    before by a step."""
     runs, unit = seen.runs(seen.fit.values), seen.records[0].units.output
     read = [record.measured_samples for record in seen.records]
     speed = np.abs(np.concatenate([np.gradient(run.w)[m] for run, m in zip(runs, read, strict=True)]))
     error = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.fit.errors)])
     x, y, half = binned(speed, error)
-    jitter = seen.readings.parameters.get("timing_jitter.sd", 0.0) * seen.rate
+    told = seen.readings.parameters
+    shares = sum(told.get(f"{label}.share_{kind}", 0.0) for kind in ("repeated", "held"))
+    late = np.sqrt((told.get(f"{label}.sd", 0.0) * seen.rate) ** 2 + shares)
     line = np.linspace(0.0, float(x[-1]), 60)
-    level = np.sqrt(max(float(y[0]) ** 2 - (jitter * float(x[0])) ** 2, 0.0))
+    level = np.sqrt(max(float(y[0]) ** 2 - (late * float(x[0])) ** 2, 0.0))
     return EffectView(
         "size of the error", unit, "speed of the axis, either way", f"{unit}/s", x * seen.rate, y, half,
-        line * seen.rate, np.sqrt(level**2 + (jitter * line) ** 2),
+        line * seen.rate, np.sqrt(level**2 + (late * line) ** 2),
         "Root mean square error over speed (points, 94 % intervals) and what late or early samples give "
         "(line). Noise of the encoder alone is level.",
     )  # fmt: skip

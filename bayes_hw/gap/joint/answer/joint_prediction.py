@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.posterior.joint_closure import (
     closure_of,
     of_axis,
     rms,
+    shown_spread,
     spread,
     without_glitches,
 )
@@ -100,7 +101,7 @@ class Predictor:
         stable = np.abs(drawn - last).max(axis=1) < fit.response.scale.travel
         doubt = _middle_spread(drawn[stable]) if stable.sum() >= FEWEST_STABLE else np.zeros_like(last)
         after = predict(fit, record, of_axis(fit.values))[lead:] if self.drifts else last
-        half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + spread(fit) ** 2)
+        half = NORMAL_HALF_WIDTH * np.sqrt(doubt**2 + shown_spread(fit) ** 2)
         if fit.observer is not None:
             # No simulation follows the motion, whatever the parameters: as far off as on training records.
             half = np.maximum(half, NORMAL_HALF_WIDTH * spread(unobserved(fit)[0]))

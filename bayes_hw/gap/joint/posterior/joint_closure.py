@@ -11,6 +11,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import highest_density_interval
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH, PROBABILITY
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.reading_faults import MASK, glitches
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
@@ -87,6 +88,16 @@ def spread(fit: JointFit) -> float:
     errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
     kept = np.concatenate([e[(w < MASK / 2) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
     return float(np.sqrt(np.mean(kept**2)))
+
+
+def shown_spread(fit: JointFit) -> float:
+    """That of all readings, those that are held or far off with them: so large that a normal band of it holds
+    as many of the readings trained on as it says."""
+    if fit.response.weights is None:
+        return spread(fit)
+    errors = np.abs(np.concatenate(fit.errors))
+    held = float(np.nanquantile(errors, PROBABILITY)) / NORMAL_HALF_WIDTH
+    return max(spread(fit), held)
 
 
 def closure_of(

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from joint_axis import CASCADE, SAMPLES, SIGMA, form, measured, record, response_with, some_effect
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH, PROBABILITY
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.noise.reading_faults import MASK
 from bayes_hw.gap.joint.posterior.joint_closure import (
     Floor,
     closure_of,
     of_axis,
     rms,
+    shown_spread,
+    spread,
     walks,
     without_glitches,
 )
@@ -53,6 +59,25 @@ def test_rounding_is_no_avoidable_error() -> None:
     _, low, high = closed(y, ANGLE + 1e-5, floor)
     assert low <= 1 <= high + 1e-9
     assert closed(y, ANGLE + 1e-5, Floor(SIGMA, 0.02 * SIGMA, SIGMA))[2] < 0.5
+
+
+@pytest.mark.parametrize("share", [0.0, 0.005, 0.1])
+def test_readings_that_are_left_out_belong_to_what_is_shown(share: float) -> None:
+    """A normal band of the spread of all readings holds 94 % of them, those beyond it included; few of them
+    change nothing, and neither changes the encoder's own noise."""
+    rng, records, weights = np.random.default_rng(8), [], []
+    for plain in measured((), SAMPLES, (1, 2, 3, 4, 5, 6)):
+        far = rng.random(SAMPLES) < share
+        records.append(replace(plain, y=plain.y + np.where(far, 20 * SIGMA, 0.0)))
+        weights.append(np.where(far, MASK, 1.0))
+    response = replace(fit_of(records).response, weights=tuple(weights))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE, ()))))
+    errors = np.abs(np.concatenate(fit.errors))
+    held = float(np.mean(errors <= NORMAL_HALF_WIDTH * shown_spread(fit)))
+    assert held == pytest.approx(PROBABILITY, abs=0.012)
+    assert spread(fit) == pytest.approx(SIGMA, rel=0.05)
+    if share < 0.01:
+        assert shown_spread(fit) == pytest.approx(SIGMA, rel=0.08)
 
 
 def test_readings_that_walk_do_not_tell_what_is_left() -> None:
