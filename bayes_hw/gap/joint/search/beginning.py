@@ -35,7 +35,7 @@ CONTEST_SHARE = 0.3
 FOLLOWED_SHARE = 0.7
 """Of the best label's nats, from which another is followed to the end beside it."""
 
-TRACE = 0.03
+TRACE = 0.1
 """Of the nats that noise of high order holds: a label that explains less is not what made it."""
 
 SHOWN = 0.2
