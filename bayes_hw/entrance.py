@@ -87,8 +87,7 @@ def enter(
         if told is None and "scale" not in accepted:
             scales += check_scale(record)
     warnings += scales[:1]
-    measures_speed = any(record.measures_speed for record in everything)
-    done = posed(records, holdout, origin="absolute" if measures_speed else origin, start=start)
+    done = posed(records, holdout, origin=origin, start=start)
     return Posed(done.records, done.holdout, done.start, (*warnings, *done.notes))
 
 

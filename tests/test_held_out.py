@@ -79,6 +79,8 @@ def test_a_record_in_motion_is_trained_on_from_where_it_first_rests(
     (train,) = chosen.train
     assert 600 < len(train) < len(in_motion) and abs(float(train.y[:20].mean())) < 0.005
     assert chosen.holdout == (holdout,)
+    (absolute,) = held_out_of([in_motion], [holdout], origin="absolute").train
+    assert absolute.origin == in_motion.origin and len(absolute) == len(train)
     still = simulated_records.measured(small_axis, 600, seed=6, rest=40)
     assert held_out_of([still], [holdout]).train == (still,)
     assert held_out_of([in_motion], [holdout], "rest").train == (in_motion,)

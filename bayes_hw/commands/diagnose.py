@@ -325,7 +325,7 @@ def _from_records(parsed: argparse.Namespace, out: Path) -> None:
         raise InputError("--without goes with a model; without one every effect is tried")
     check_output_folder(out)
     given = records_of(parsed, parsed.case, parsed.holdout, start="rest")
-    chosen = held_out_of(given.records, given.holdout, parsed.start)
+    chosen = held_out_of(given.records, given.holdout, parsed.start, parsed.origin)
     for done in chosen.notes:
         note(done)
     title = parsed.title or axis_name(parsed.case)

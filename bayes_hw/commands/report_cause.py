@@ -63,7 +63,7 @@ def report_cause(
     for suspicion in suspicions(beginning):
         progress.say(f"the plain model is doubted: {suspicion}")
     try:
-        chosen = held_out_of(given.records, given.holdout, parsed.start)
+        chosen = held_out_of(given.records, given.holdout, parsed.start, parsed.origin)
     except InputError as error:
         note(f"the plain model is doubted, and what is missing cannot be sought: {error}")
         return False

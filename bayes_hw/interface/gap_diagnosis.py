@@ -170,7 +170,7 @@ def _of_records(
 ) -> GapDiagnosis:
     """The diagnosis of records alone; where none is held out, a part of them is."""
     given = entered(records, holdout, origin=origin, start="rest", accept=accept)
-    chosen = held_out_of(given.records, given.holdout, start)
+    chosen = held_out_of(given.records, given.holdout, start, origin)
     warn_of(chosen.notes)
     found = joint_diagnosis.diagnose_records(
         chosen.train, chosen.holdout, rng, name=records[0].name, lead=chosen.lead, start=start, jobs=jobs,

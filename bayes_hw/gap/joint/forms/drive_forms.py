@@ -1,4 +1,4 @@
-"""Forms without a name that are looked for around a given model: faults of its drive and of its loop.
+"""Forms without a name that no screen begins with: faults of the drive and of its loop.
 
 The states of G with the command make up whatever the loop sees and asks for, so that a law that looks at them
 needs no drive train: a drive that gives no more, or none below, a demand; a measured speed that is wrong by
@@ -42,7 +42,7 @@ DRIVE_FORMS: tuple[Form, ...] = (
 )  # fmt: skip
 
 GIVEN_FORMS: tuple[Form, ...] = (*FORMS, *DRIVE_FORMS)
-"""All that is looked for around a given model."""
+"""All that is looked for around a given model, and by laws of the states and exchanges from records alone."""
 
 UNNAMED_OVER_POSITION: tuple[Form, ...] = tuple(
     form

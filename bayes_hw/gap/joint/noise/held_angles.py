@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayes_hw.arrays import BoolArray, FloatArray, robust_sigma
+from bayes_hw.arrays import BoolArray, FloatArray, IntArray, robust_sigma
 from bayes_hw.gap.joint.noise.reading_faults import running_median
 
 LEAST_NATS, ROUNDS, FAR = 60.0, 40, 10.0
@@ -45,11 +45,13 @@ def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], n
     """
     behind = np.concatenate([_steps_back(angle) for angle in angles], axis=1)
     without, _ = _beside_slow(residuals, behind[:0], noise)
-    along, _ = _beside_slow(residuals, -behind, noise)
     against, held = _beside_slow(residuals, behind, noise)
-    ends = np.cumsum([len(one) for one in residuals])[:-1]
-    masks = tuple(np.split(held > 0.5, ends))
-    return HeldAngles(masks, float(np.mean(held)), against - without - EITHER_WAY * max(along - without, 0.0))
+    nats = against - without
+    if nats > LEAST_NATS:
+        along, _ = _beside_slow(residuals, -behind, noise)
+        nats -= EITHER_WAY * max(along - without, 0.0)
+    masks = tuple(np.split(held > 0.5, _ends(residuals)))
+    return HeldAngles(masks, float(np.mean(held)), nats)
 
 
 def _beside_slow(
@@ -58,16 +60,20 @@ def _beside_slow(
     """Log-likelihood of departures from what is slow, of which some are one of `offsets` (kinds, samples) and
     some FAR, and how likely each sample is an offset one (samples,)."""
     e = np.concatenate(list(residuals))
-    ends = np.cumsum([len(one) for one in residuals])[:-1]
     expected = np.zeros_like(e)
     for _ in range(MEDIAN_ROUNDS):
-        slow = np.concatenate([running_median(one) for one in np.split(e - expected, ends)])
+        slow = np.concatenate([running_median(one) for one in np.split(e - expected, _ends(residuals))])
         usual = max(robust_sigma(e - expected - slow), noise, float(np.finfo(float).tiny))
         d = (e - slow) / usual
         plain, far = np.exp(-0.5 * d**2), np.exp(-0.5 * (d / FAR) ** 2) / FAR
         total, parts = _mixture([plain, far, *np.exp(-0.5 * (d - offsets / usual) ** 2)])
         expected = np.sum(parts[2:] * offsets, axis=0)
     return total - len(e) * float(np.log(usual)), np.sum(parts[2:], axis=0)
+
+
+def _ends(residuals: Sequence[FloatArray]) -> IntArray:
+    """Where all records but the last end among all samples."""
+    return np.cumsum([len(one) for one in residuals])[:-1]
 
 
 def _steps_back(angle: FloatArray) -> FloatArray:

@@ -13,13 +13,12 @@ from bayes_hw.gap.joint.noise.held_angles import held_angles
 from bayes_hw.gap.joint.noise.reading_faults import (
     MASK,
     REPEAT_SHARE,
-    Glitches,
     glitches,
     repeats,
     rounded_motion,
     rounding_step,
 )
-from bayes_hw.gap.joint.residuals.speed_noise import speed_noise, speeds
+from bayes_hw.gap.joint.residuals.speed_noise import signed_speed, speed_noise
 from bayes_hw.identify.holes import without_holes
 from bayes_hw.record import Record
 
@@ -45,7 +44,7 @@ class Fault:
     label: str
     nats: float
     parameters: Mapping[str, float]
-    weights: Sequence[FloatArray] = ()
+    weights: Sequence[FloatArray] | None = None
     step: float | None = None
 
 
@@ -77,7 +76,8 @@ class Looked:
             kept = [e[~m & ~np.isnan(e)] for e, m in zip(fit.errors, far.masks, strict=True)]
             innovation = min(innovation, float(np.std(np.concatenate(kept))))
         ones = tuple(np.ones(len(record)) for record in records)
-        return cls(fit, angles, residuals, speeds(fit), step, innovation, ones)
+        moves = [signed_speed(angle) for angle in angles]
+        return cls(fit, angles, residuals, moves, step, innovation, ones)
 
     @property
     def records(self) -> Sequence[Record]:
@@ -96,10 +96,12 @@ class Looked:
 
     def beside(self, fault: Fault) -> Looked:
         """With one fault more; of two with one label the first gives the nats."""
-        weights = tuple(w * f for w, f in zip(self.weights, fault.weights or self.weights, strict=True))
+        weights = self.weights
+        if fault.weights is not None:
+            weights = tuple(w * f for w, f in zip(weights, fault.weights, strict=True))
         return replace(
             self,
-            weights=weights if fault.weights else self.weights,
+            weights=weights,
             nats={fault.label: fault.nats, **self.nats},
             parameters={**self.parameters, **fault.parameters},
             step=fault.step or self.step,
@@ -129,7 +131,7 @@ def repeated(looked: Looked) -> Fault | None:
 
 
 def held(looked: Looked) -> Fault | None:
-    """Angles that were held for a sample beneath noise of their own."""
+    """Angles that were held for some samples beneath noise of their own."""
     found = held_angles(looked.errors, looked.angles, looked.rounding_error)
     if not found.present:
         return None
@@ -138,7 +140,7 @@ def held(looked: Looked) -> Fault | None:
 
 def far_off(looked: Looked) -> Fault | None:
     """Single readings far from their neighbours."""
-    found: Glitches = glitches(looked.errors, looked.rounding_error)
+    found = glitches(looked.errors, looked.rounding_error)
     if not found.present:
         return None
     sizes = np.concatenate([e[m] for e, m in zip(looked.residuals, found.masks, strict=True)])
@@ -174,7 +176,7 @@ def mistimed(looked: Looked) -> Fault | None:
     if not noise.present:
         return None
     variance, jitter = looked.innovation**2, noise.jitter**2
-    mean_square = float(np.mean(np.concatenate(list(looked.moves)) ** 2))
+    mean_square = float(np.mean(np.concatenate(looked.moves) ** 2))
     level = max(variance - jitter * mean_square, LEAST_LEVEL * variance)
     weights = [np.sqrt(1 + jitter * d**2 / level) for d in looked.moves]
     return Fault(

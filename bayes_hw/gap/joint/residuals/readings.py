@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.fit.structure_moves import pruned, regrown
-from bayes_hw.gap.joint.residuals.reading_parts import PARTS, Looked
+from bayes_hw.gap.joint.residuals.reading_parts import GLITCHES, PARTS, Looked
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,10 @@ def read_faults(fit: JointFit) -> Readings:
 def glitches_read_again(fit: JointFit, readings: Readings) -> Readings:
     """The faults as a fit under their weights shows them, which glitches have not bent, where there are any;
     what was `taken_off` the readings stays."""
+    if GLITCHES not in readings.nats:
+        return readings
     again = read_faults(fit)
-    if "outliers" not in readings.nats or "outliers" not in again.nats:
+    if GLITCHES not in again.nats:
         return readings
     if not readings.taken_off:
         return again
