@@ -41,6 +41,9 @@ DRIVE_FORMS: tuple[Form, ...] = (
     ),
 )  # fmt: skip
 
+OF_DEMAND: tuple[Form, ...] = tuple(form for form in DRIVE_FORMS if form.base == K.BASE_COMMAND)
+"""Laws of what the loop asks for."""
+
 GIVEN_FORMS: tuple[Form, ...] = (*FORMS, *DRIVE_FORMS)
 """All that is looked for around a given model, and by laws of the states and exchanges from records alone."""
 

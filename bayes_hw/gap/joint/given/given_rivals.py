@@ -91,7 +91,7 @@ def plainly_named(
     if FRICTION not in ends:
         return found, nats
     for label, end in ends.items():
-        if label != FRICTION and stands_for_friction(end, end.score - ends[FRICTION].score):
+        if label != FRICTION and stands_for_friction(end, nats[label], nats[FRICTION]):
             del found[label]
             del nats[label]
     return found, nats

@@ -37,13 +37,13 @@ from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
-from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, STEPS_OF_A_PERIOD
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew
 from bayes_hw.gap.joint.search.structural import explained_slowly, finer
-from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_of
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_over
 from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
@@ -167,9 +167,7 @@ def plainly(fit: GivenFit) -> GivenFit:
 def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
     """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
     repeats with its step: no shorter period is looked for."""
-    scale = fit.response.scale
-    if "encoder_quantization" in readings.nats and readings.step is not None:
-        scale = replace(scale, shortest=STEPS_OF_A_PERIOD * readings.step)
+    scale = readings.seen_in(fit.response.scale)
     late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
     response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
     begun = GivenFit(response, evaluate(response, fit.point.coordinates))
@@ -205,7 +203,8 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = highest([trail.fit, *slow_causes(trail.fit)])
-            if beside.score > trail.fit.score + asked_of(beside, trail.base, trail.readings):
+            asked = asked_over(beside, trail.fit, trail.base, trail.readings)
+            if beside.score > trail.fit.score + asked:
                 trail = replace(trail, fit=beside)
         else:
             say("with wind or a walk:")

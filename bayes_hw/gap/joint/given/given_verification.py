@@ -9,7 +9,7 @@ from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings
-from bayes_hw.gap.joint.search.verification import asked_of
+from bayes_hw.gap.joint.search.verification import asked_over
 from bayes_hw.phrases import log_evidence
 
 LEAST_SLOW, LEAST_BESIDE = 0.3, 0.6
@@ -33,7 +33,7 @@ def verified(
             weakest = fit.added[-1]
         else:
             weakest = min(nats, key=lambda label: nats[label])
-            if nats[weakest] >= asked_of(fit, base, readings):
+            if nats[weakest] >= asked_over(fit, rest[weakest], base, readings):
                 return fit, nats
         fit = rest[weakest]
     return fit, {}
@@ -42,7 +42,9 @@ def verified(
 def is_doubtful(best: GivenFit, fit: GivenFit, base: GivenFit, readings: Readings) -> bool:
     """Whether one label more is worth too little to be verified. Beside such a first one nothing further is
     looked for."""
-    return len(best.labels) > len(fit.labels) and best.score < fit.score + asked_of(best, base, readings)
+    return len(best.labels) > len(fit.labels) and best.score < fit.score + asked_over(
+        best, fit, base, readings
+    )
 
 
 def is_too_small(fit: GivenFit) -> bool:

@@ -8,7 +8,11 @@ from dataclasses import dataclass, replace
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.fit.structure_moves import pruned, regrown
-from bayes_hw.gap.joint.residuals.reading_parts import GLITCHES, PARTS, Looked
+from bayes_hw.gap.joint.forms.effect_form import JointScale
+from bayes_hw.gap.joint.residuals.reading_parts import GLITCHES, PARTS, ROUNDING, Looked
+
+STEPS_OF_A_PERIOD = 3.0
+"""Of rounding: a shorter period in position is that of the rounding itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +26,12 @@ class Readings:
     parameters: dict[str, float]
     rounded_first: bool = False
     taken_off: bool = False
+
+    def seen_in(self, scale: JointScale) -> JointScale:
+        """With the shortest period in position that is not of the rounding itself."""
+        if ROUNDING not in self.nats or self.step is None:
+            return scale
+        return replace(scale, shortest=STEPS_OF_A_PERIOD * self.step)
 
 
 def read_faults(fit: JointFit) -> Readings:

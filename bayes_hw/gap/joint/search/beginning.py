@@ -44,9 +44,6 @@ SHOWN = 0.2
 LASTING = 0.2
 """Share of the longest record that a pole remembers which lasts."""
 
-STEPS_OF_A_PERIOD = 3.0
-"""Of rounding: a shorter period in position is that of the rounding itself."""
-
 GROWN = 0.5
 """Of the time left, that the cascade without effects may take."""
 
@@ -108,9 +105,8 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
     none, its innovations may have heavy tails."""
     base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
-    if "encoder_quantization" in readings.nats and readings.step is not None:
-        scale = replace(base.response.scale, shortest=STEPS_OF_A_PERIOD * readings.step)
-        base = replace(base, response=replace(base.response, scale=scale))
+    scale = readings.seen_in(base.response.scale)
+    base = replace(base, response=replace(base.response, scale=scale))
     if readings.rounded_first:
         base, readings = without_rounding(base, readings)
         base = regrown(base) if readings.taken_off else base

@@ -12,8 +12,7 @@ import numpy as np
 from bayes_hw.crew import each
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, AnyFit, descended_each, highest
-from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, GIVEN_FORMS
-from bayes_hw.gap.joint.forms.effect_codes import BASE_COMMAND
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, OF_DEMAND
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.effect_moves import FIRST_STEPS, SECOND_STEPS
@@ -127,7 +126,7 @@ def _law_starts(fit: AnyFit, form: Form) -> list[AnyFit]:
     last = len(fit.values.effects)
     plain = [fit.with_effect(form, s) for s in form.starts(fit.response.scale)]
     starts = [s.with_signal(last) for s in plain]
-    if form in DRIVE_FORMS and form.base == BASE_COMMAND:
+    if form in OF_DEMAND:
         return starts + [_lacking(s) for s in starts]
     return starts + (plain if form.label == OTHER else [])
 

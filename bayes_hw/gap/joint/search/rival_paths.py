@@ -221,7 +221,7 @@ def best_of_each_label(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
 def plainly_named(paths: Sequence[FollowedPath]) -> list[FollowedPath]:
     """The paths, but for friction under another name where one of friction's own explains nearly as much."""
     most = max((path.gained for path in paths if path.begun_with == FRICTION), default=-np.inf)
-    return [p for p in paths if p.begun_with == FRICTION or not stands_for_friction(p.fit, p.gained - most)]
+    return [p for p in paths if p.begun_with == FRICTION or not stands_for_friction(p.fit, p.gained, most)]
 
 
 def as_seen(fit: JointFit) -> JointFit:

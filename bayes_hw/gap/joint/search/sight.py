@@ -15,9 +15,11 @@ import numpy as np
 from bayes_hw.arrays import ComplexArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
+from bayes_hw.gap.joint.forms.drive_forms import OF_DEMAND
 from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, AT_ONCE, BY_TWIST, REMEMBERING, TURNS_SEEN
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.verification import FORM_SHARE
 from bayes_hw.identify.cascade_roots import section_poles
 
 TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
@@ -25,7 +27,8 @@ TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
 least; what follows the acceleration over what follows the speed: more in a twist, less in a friction."""
 
 FRICTION, FRICTION_LEAD = "friction", 15.0
-"""A label, and nats by which a law that looks at the speed of the axis must lead its own laws to be none."""
+"""A label, and nats by which a law that looks at the speed of the axis must lead its own to be none; more
+where it explains so much that their forms' errors come to more."""
 
 TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
@@ -117,21 +120,20 @@ def takes_away(fit: JointFit, number: int) -> bool:
 
 
 def is_hidden_friction(fit: JointFit) -> bool:
-    """Whether a law over a twist or its rate, or a dead band of what the drive asks for, looks at the speed
-    of the axis: both are torques, which accelerate, and what follows the speed rubs."""
+    """Whether a law over a twist or its rate, or of what the drive asks for, looks at the speed of the axis:
+    all are torques, which accelerate, and what follows the speed rubs."""
     for number, effect in enumerate(fit.values.effects):
-        demand = (effect.form.law, effect.form.base) == (K.GAP, K.BASE_COMMAND)
-        if demand or (effect.looks_at_states and effect.form.base in TWISTS):
+        if effect.form in OF_DEMAND or (effect.looks_at_states and effect.form.base in TWISTS):
             by_speed, by_acceleration = shares_of_motion(fit, number)
             if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
                 return True
     return False
 
 
-def stands_for_friction(fit: JointFit, lead: float) -> bool:
-    """Whether it is friction under another name, which leads friction's own law by `lead` nats only: through
-    free ports they are one curve, and what it looks at tells which."""
-    return lead < FRICTION_LEAD and is_hidden_friction(fit)
+def stands_for_friction(fit: JointFit, gained: float, by_friction: float) -> bool:
+    """Whether it is friction under another name, which gains little more nats than friction's own law does:
+    through free ports they are one curve, and what it looks at tells which."""
+    return gained - by_friction < max(FRICTION_LEAD, FORM_SHARE * gained) and is_hidden_friction(fit)
 
 
 def shares_of_motion(fit: JointFit, number: int) -> tuple[float, float]:

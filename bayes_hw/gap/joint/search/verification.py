@@ -36,6 +36,16 @@ def asked_of(fit: JointFit, base: JointFit, readings: Readings) -> float:
     return max(asked, FORM_SHARE * (fit.score - base.score)) if several else asked
 
 
+def asked_over(fit: JointFit, without: JointFit, base: JointFit, readings: Readings) -> float:
+    """Nats that a label of this fit must be worth over an explanation `without` it. Where that leaves noise
+    with a cause that nothing names, the label is held against that cause, not against nothing: what it takes
+    away of the colour counts for it."""
+    asked = asked_of(fit, base, readings)
+    if fit.observer is None and leaves_a_cause(without) and not leaves_a_cause(fit):
+        asked = max(asked - coloured_nats(without) + coloured_nats(fit), 0.0)
+    return asked
+
+
 def verified(
     fit: JointFit,
     base: JointFit,
@@ -46,9 +56,8 @@ def verified(
     """Labels that are still worth enough nats when each is dropped and G grown again, with those nats.
 
     The `base` has none; any of the `others`, of the labels that are left and under the same weights, may do
-    better than that. A label without which the noise has a cause that nothing names is held against that
-    cause, not against nothing: what it takes away of the colour counts for it. In observer form the readings
-    themselves follow that cause, and the last label must be worth more than their following is.
+    better than that. In observer form the readings themselves follow a cause that nothing names, and the last
+    label must be worth more than their following is.
     """
     known = [base, *others]
     bare = [one for one in known if not one.labels and one.observer is None]
@@ -64,11 +73,9 @@ def verified(
             nats[label] = fit.score - alternatives[-1].score
         say("without it: " + ", ".join(f"{label} {log_evidence(-value)}" for label, value in nats.items()))
         weakest = int(np.argmin([nats[label] for label in fit.labels]))
-        asked = asked_of(fit, base, readings)
+        asked = asked_over(fit, alternatives[weakest], base, readings)
         if fit.observer is not None and len(fit.labels) == 1:
             asked = max(asked, alternatives[weakest].score - highest(bare).score)
-        if fit.observer is None and leaves_a_cause(alternatives[weakest]) and not leaves_a_cause(fit):
-            asked = max(asked - coloured_nats(alternatives[weakest]) + coloured_nats(fit), 0.0)
         if nats[fit.labels[weakest]] >= asked:
             return fit, nats
         fit = alternatives[weakest]
