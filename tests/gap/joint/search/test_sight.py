@@ -10,7 +10,8 @@ import pytest
 from joint_axis import command, form, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
+from bayes_hw.gap.joint.forms.drive_forms import OF_DEMAND
+from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import TURNS_SEEN
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
@@ -62,11 +63,11 @@ def test_the_name_follows_what_it_does_to_the_spring(turn: bool) -> None:
     assert named_by_sight(fit).score == pytest.approx(fit.score)
 
 
+@pytest.mark.parametrize("demand", OF_DEMAND, ids=lambda one: one.name)
 @pytest.mark.parametrize("swing", [0.0, 1000.0], ids=["the speed", "what swings"])
-def test_a_dead_band_that_looks_at_the_speed_is_friction(swing: float) -> None:
+def test_a_law_of_the_demand_that_looks_at_the_speed_is_friction(swing: float, demand: Form) -> None:
     """Under a command of long steps, which the axis follows; one that also looks at what swings is not."""
-    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
-    effect = torque(band, (0.01,), 1e-4)
+    effect = torque(demand, (0.01,), 1e-4)
     assert effect.ports is not None
     seen = np.array([[0.5 * swing], [swing]])
     effect = replace(effect, ports=replace(effect.ports, signal_sections=seen, signal=swing > 0))
@@ -76,6 +77,21 @@ def test_a_dead_band_that_looks_at_the_speed_is_friction(swing: float) -> None:
     response = replace(response, records=[slow])
     fit = JointFit(response, evaluate(response, response.coordinates(values)))
     assert is_hidden_friction(fit) == (swing == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gained", "by_friction", "stands"),
+    [(200.0, 190.0, True), (200.0, 170.0, False), (1013.0, 997.0, True), (1013.0, 900.0, False)],
+)
+def test_what_friction_explains_nearly_as_well_is_friction(
+    gained: float, by_friction: float, stands: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Within fifteen nats, or as near as forms are exact; and never what looks at something else."""
+    fit = fit_with(some_effect(HYSTERESIS))
+    monkeypatch.setattr(sight, "is_hidden_friction", lambda _: True)
+    assert sight.stands_for_friction(fit, gained, by_friction) == stands
+    monkeypatch.setattr(sight, "is_hidden_friction", lambda _: False)
+    assert not sight.stands_for_friction(fit, gained, by_friction)
 
 
 @pytest.mark.parametrize(
