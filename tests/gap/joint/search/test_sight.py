@@ -67,7 +67,7 @@ def test_the_name_follows_what_it_does_to_the_spring(turn: bool) -> None:
 @pytest.mark.parametrize("swing", [0.0, 1000.0], ids=["the speed", "what swings"])
 def test_a_law_of_the_demand_that_looks_at_the_speed_is_friction(swing: float, demand: Form) -> None:
     """Under a command of long steps, which the axis follows; one that also looks at what swings is not."""
-    effect = torque(demand, (0.01,), 1e-4)
+    effect = torque(demand, (0.01,), 1e-6)
     assert effect.ports is not None
     seen = np.array([[0.5 * swing], [swing]])
     effect = replace(effect, ports=replace(effect.ports, signal_sections=seen, signal=swing > 0))
