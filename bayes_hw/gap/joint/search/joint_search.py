@@ -32,6 +32,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     each_alone,
     with_exchanged_laws,
     with_labels_exchanged,
+    with_those_followed,
     with_what_it_asks,
 )
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, finer, structural, within_sample
@@ -199,6 +200,7 @@ def _explained(
     led, stand_ins = with_labels_exchanged(leading, told)
     others = [*alone.values(), *each_alone(led, told)]
     ended = [led if path is leading else path for path in ended] or [begun]
+    stand_ins = with_those_followed(led, ended, stand_ins)
     ones = judged(ended, others, whole, told)
     origin = max(ones, key=lambda path: ones[path].path.gained)
     found = ones[origin]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -145,6 +145,22 @@ def with_labels_exchanged(
     return path, {
         label: {one.labels[-1]: score - one.score for one in others} for label, others in stand_ins.items()
     }
+
+
+def with_those_followed(
+    leading: FollowedPath, paths: Sequence[FollowedPath], stand_ins: Mapping[str, Mapping[str, float]]
+) -> dict[str, dict[str, float]]:
+    """By how many nats an explanation by several labels leads with another one in the place of each, where
+    one of the `paths` that were followed to their ends is that explanation."""
+    found = {label: dict(leads) for label, leads in stand_ins.items()}
+    own = set(leading.fit.labels)
+    for path in paths if len(own) > 1 else ():
+        theirs = set(path.fit.labels)
+        if len(own - theirs) == len(theirs - own) == 1:
+            (label,), (other,) = own - theirs, theirs - own
+            leads = found.setdefault(label, {})
+            leads[other] = min(leading.gained - path.gained, leads.get(other, np.inf))
+    return found
 
 
 def _stand_ins(fit: JointFit) -> dict[str, list[JointFit]]:

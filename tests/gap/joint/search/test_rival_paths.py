@@ -24,6 +24,7 @@ from bayes_hw.gap.joint.search.rival_paths import (
     plainly_named,
     with_exchanged_laws,
     with_labels_exchanged,
+    with_those_followed,
 )
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.growth.descent import evaluate
@@ -118,6 +119,20 @@ def test_explanations_that_share_a_further_label_stand_in_place_of_each_other() 
     one, other = _path(records, CASCADE, gap, bias), _path(records, CASCADE, rub, bias)
     assert one.is_without(other) and other.is_without(one)
     assert not both.is_without(one) and not both.is_without(other) and not other.is_without(both)
+
+
+def test_what_was_followed_beside_the_same_label_stands_in_for_the_other_one() -> None:
+    """With the lead at its end, unless one begun in its place is nearer; alone it stands for none."""
+    records = measured((RUB,), SAMPLES, (1,))
+    bias = Effect(form("command_bias", ""), np.array([0.01]))
+    led, other = _path(records, CASCADE, bias, RUB), _path(records, CASCADE, GAP, bias)
+    lead = led.gained - other.gained
+    assert lead > 0
+    paths = [led, other, _path(records, CASCADE, GAP)]
+    assert with_those_followed(led, paths, {}) == {"friction": {"backlash": lead}}
+    begun = {"command_bias": {"wind": 90.0}, "friction": {"backlash": lead - 1}}
+    assert with_those_followed(led, paths, begun) == begun
+    assert with_those_followed(_path(records, CASCADE, RUB), paths, {}) == {}
 
 
 def test_of_every_label_the_path_that_gains_most_stays_and_what_explains_nothing_goes() -> None:
