@@ -200,6 +200,11 @@ class JointResponse:
         observer is part of the effects, else the same as `simulate` gives."""
         return self._along(self.packed(values), number)[0]
 
+    def corrected_where(self, values: JointValues, number: int, where: BoolArray) -> Simulated:
+        """As `along`, corrected by no other readings than those `where` (samples,) is true."""
+        record, (shown, trust) = self.records[number], self._shown[number]
+        return self.packed(values).run(record.u, record.known, (shown, np.where(where, trust, 0.0)))[0]
+
     def beside(self, values: JointValues, laws: Sequence[Effect]) -> list[Simulated]:
         """The response to the command of every record, with laws beside the effects whose torques enter
         nowhere: their signals and torques are the last ones."""

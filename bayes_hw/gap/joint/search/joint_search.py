@@ -22,7 +22,7 @@ from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
 from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
 from bayes_hw.gap.joint.search.judged import judged
 from bayes_hw.gap.joint.search.known_input import KnownInput
-from bayes_hw.gap.joint.search.observer import observed, unobserved
+from bayes_hw.gap.joint.search.observer import follows_a_cycle, observed, unobserved
 from bayes_hw.gap.joint.search.period_anew import with_period_anew
 from bayes_hw.gap.joint.search.rival_paths import (
     MOST_STEPS,
@@ -91,8 +91,10 @@ class JointAnswer:
     @cached_property
     def follows_no_better(self) -> bool:
         """Whether the explanation, simulated without the corrections that it was fitted with, is further from
-        the records than the model without it."""
-        return self.fit.observer is not None and not unobserved(self.fit)[0].point.rms < self.base.point.rms
+        the records than the model without it, and so a cycle after the last correction."""
+        if self.fit.observer is None or unobserved(self.fit)[0].point.rms < self.base.point.rms:
+            return False
+        return not follows_a_cycle(self.fit)
 
 
 def search(records: Sequence[Record], say: Callable[[str], None] | None = None) -> JointAnswer:

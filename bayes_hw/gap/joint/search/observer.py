@@ -17,14 +17,19 @@ from scipy.linalg import LinAlgError, block_diag, solve_discrete_are
 
 from bayes_hw.arrays import FloatArray, IntArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.fit.structure_moves import regrown
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, Form
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.cascade import CascadeValues
+from bayes_hw.identify.cascade_roots import section_poles
 
 OBSERVER = Form(
     "observer", "", "law", lambda _: (), lambda _: [()], K.INNOVATION, K.BASE_COMMAND, INNOVATION_COLUMN
 )
+
+AHEAD_EXPLAINED = 0.5
+"""Of what an explanation without laws leaves a cycle ahead, that laws must take away to follow the axis."""
 
 SHARES = (0.03, 0.1, 0.3, 1.0)
 """Of the root mean square of a law's torque, taken for the standard deviation of the white one."""
@@ -94,3 +99,34 @@ def unobserved(fit: JointFit) -> tuple[JointFit, IntArray]:
     end = begin + fit.response.effect_sizes[fit.observer]
     kept = np.concatenate([np.arange(begin), np.arange(end, fit.response.size)])
     return fit.without_observer(), kept
+
+
+def follows_a_cycle(fit: JointFit) -> bool:
+    """Whether the laws of a fit in observer form follow the axis from where readings have corrected it for a
+    cycle of G's slowest motion: where motion is chaotic no simulation does for longer."""
+    if fit.observer is None or not fit.effect_labels:
+        return False
+    bare = fit
+    for label in fit.effect_labels:
+        bare = bare.without(label)
+    bare = regrown(bare)
+    sections = fit.values.cascade.sections
+    angles = [abs(np.angle(section_poles(a1, a2)[0])) for a1, a2 in sections[:2].T]
+    slowest = min((angle for angle in angles if angle > 0), default=np.pi)
+    samples = max(round(2 * np.pi / slowest), 2)
+    noise = fit.innovation_sigma**2
+    return errors_ahead(fit, samples) - noise < (1 - AHEAD_EXPLAINED) * (errors_ahead(bare, samples) - noise)
+
+
+def errors_ahead(fit: JointFit, samples: int) -> float:
+    """Mean square of the weighted errors in stretches of so many samples that no reading corrects, each after
+    twice as many that readings do."""
+    errors = []
+    for number, record in enumerate(fit.response.records):
+        weights = 1.0 if fit.response.weights is None else fit.response.weights[number]
+        at = np.arange(len(record)) // samples
+        for turn in range(3):
+            free = at % 3 == turn
+            run = fit.response.corrected_where(fit.values, number, ~free)
+            errors.append(((record.y_or_nan - fit.levels[number] - run.y) / weights)[free])
+    return float(np.nanmean(np.concatenate(errors) ** 2))

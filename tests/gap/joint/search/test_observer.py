@@ -37,7 +37,14 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.search.joint_search import JointAnswer, silent
 from bayes_hw.gap.joint.search.known_input import forms_of
-from bayes_hw.gap.joint.search.observer import OBSERVER, kalman_gain, observed, unobserved
+from bayes_hw.gap.joint.search.observer import (
+    OBSERVER,
+    errors_ahead,
+    follows_a_cycle,
+    kalman_gain,
+    observed,
+    unobserved,
+)
 from bayes_hw.gap.joint.search.verification import verified
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -201,15 +208,29 @@ def test_chaotic_motion_is_fitted_where_no_simulation_follows_it() -> None:
     assert f"off by {off:.2g} deg" in note
     assert note.endswith(f"leaves {left:.2g}")
     assert of_followed(simulated) == []
+    bare = simulated.without("backlash")
+    assert off >= spread(free)
+    assert follows_a_cycle(found)
+    assert sigma**2 < errors_ahead(found, 21) < 0.5 * errors_ahead(bare, 21)
+    idle = _weaker(found)
+    assert not follows_a_cycle(idle)
+    assert spread(unobserved(idle)[0]) >= spread(free)
     answers = [
         JointAnswer(fit, base, {}, {}, read_faults(fit), remainder_of(fit))
-        for fit, base in ((found, simulated.without("backlash")), (found, free), (simulated, found))
+        for fit, base in ((found, bare), (found, free), (simulated, found), (idle, free))
     ]
-    farther = [spread(unobserved(a.fit)[0]) >= spread(a.base) for a in answers[:2]]
-    assert [a.follows_no_better for a in answers] == [*farther, False]
-    assert farther[1]
+    assert [a.follows_no_better for a in answers] == [False, False, False, True]
     none = JointDecision(("other",), {}, ())
-    assert explaining(answers[1], none) is free
+    assert explaining(answers[-1], none) is free
+
+
+def _weaker(fit: JointFit) -> JointFit:
+    """The fit with a gap whose torque does nearly nothing, under the same corrections."""
+    observer, gap = fit.values.effects
+    assert gap.ports is not None
+    ports = replace(gap.ports, sections=1e-6 * gap.ports.sections, direct=1e-6 * gap.ports.direct)
+    values = JointValues(fit.values.cascade, (observer, replace(gap, ports=ports)))
+    return fit.moved(fit.structure, values, fit.point.whitener)
 
 
 def test_an_observer_does_not_stay_without_a_label() -> None:
