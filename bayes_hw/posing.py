@@ -75,7 +75,7 @@ def posed(
             notes.append(f"{record.name}: {_how_it_begins(record, begin)}; its initial state is estimated")
         elif start == "rest" and away:
             how = _how_it_begins(record, begin)
-            notes.append(f"{record.name}: {how} and is taken to begin at zero, as asked")
+            notes.append(f"{record.name}: {how} and is taken to begin at zero all the same")
         if origin == "start" and (not begin.is_zero or record.level_sd > 0):
             record = counted_from(record, begin)
             notes.append(f"{record.name}: {record.treatment[-1]}")

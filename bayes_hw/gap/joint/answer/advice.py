@@ -195,7 +195,7 @@ def _readings(sized: Sized, label: str) -> list[str]:
         said.append(f"{100 * p[f'{label}.share_repeated']:.3g} % of the readings repeat the one before")
     if f"{label}.share_held" in p:
         said.append(
-            f"{100 * p[f'{label}.share_held']:.3g} % of the readings show the angle of the one before"
+            f"{100 * p[f'{label}.share_held']:.3g} % of the readings show the angle of one sample earlier"
         )
     if f"{label}.rate" in p:
         size = p.get(f"{label}.size", 0.0)
