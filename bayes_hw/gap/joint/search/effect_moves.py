@@ -49,7 +49,8 @@ def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     """The best explanations with one more label, descended.
 
     Where the noise is of high order it may have taken up what is slow, so that a descent under it begins by
-    explaining what is fast: from every start another begins under noise of the first order. None once time
+    explaining what is fast: from every start another begins under noise of the first order, and of what acts
+    on the command or the reading one under white noise, under which all that is left counts. None once time
     is up.
     """
     if time_is_up():
@@ -68,7 +69,10 @@ def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     trials = [fit.with_effect(s.form, s.values) for s in chosen]
     first = descended_each(trials, FIRST_STEPS // 2)
     if fit.noise_order > 1:
-        first += each(lambda t: t.descended_under(1, FIRST_STEPS).descended(FIRST_STEPS // 2), trials)
+        begun = [
+            (order, t) for order in (1, 0) for t in trials if order or not t.values.effects[-1].form.is_law
+        ]
+        first += each(lambda b: b[1].descended_under(b[0], FIRST_STEPS).descended(FIRST_STEPS // 2), begun)
     ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
     kept: list[AnyFit] = []
