@@ -49,6 +49,19 @@ def test_threads_change_no_number() -> None:
     assert found[0][0][1] > fit.score
 
 
+def test_a_slow_ramp_is_found_where_noise_of_high_order_hides_it() -> None:
+    """Begun under that noise, or under noise of the first order, descents end 220 nats below."""
+    ramp = form("rate_limit", "")
+    slowness = 25 / scale(600).speed
+    records = measured((Effect(ramp, np.array([slowness])),), 600, (1, 2))
+    response = JointResponse(STRUCTURE, (), records, scale(600))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
+    assert fit.noise_order > 1
+    (found,) = effect_candidates(fit, [ramp])
+    assert found.score > fit.score + 200
+    np.testing.assert_allclose(found.values.effects[0].values, slowness, rtol=0.02)
+
+
 def test_a_form_that_extends_another_is_offered_to_that_alone() -> None:
     """A second harmonic to its ripple; a friction over a twist to no other law without a name."""
     ripple, drag = (some_effect(form(*name)) for name in (("torque_ripple",), ("other", "drag")))
