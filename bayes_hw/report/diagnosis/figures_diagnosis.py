@@ -27,10 +27,14 @@ from bayes_hw.report.page.drawing import (
     outline,
     plain_log_ticks,
     with_unit,
+    wrapped,
 )
 from bayes_hw.report.page.palette import BAND_NOISE, DATA, INK, MODEL, MUTED, NOMINAL, VERMILLION
 from bayes_hw.report.page.rounding import format_number, format_percent
 from bayes_hw.report.page.typography import squared_unit, typeset_unit
+
+QUANTITY_CHARACTERS = 34
+"""That fit beside a figure of an effect."""
 
 BEFORE = VERMILLION
 AFTER = MODEL
@@ -303,7 +307,7 @@ def effect_figure(view: EffectView) -> Figure:
         else:
             axes.set_ylim(*_room(view))
         axes.set_xlabel(with_unit(view.over, view.over_unit))
-        axes.set_ylabel(with_unit(view.quantity, view.quantity_unit))
+        axes.set_ylabel(wrapped(with_unit(view.quantity, view.quantity_unit), QUANTITY_CHARACTERS))
         canvas.legend(loc="outside upper right", ncols=2)
         return finished(
             canvas, view.reading, f"{view.quantity} over {view.over}: points with intervals and a line."
