@@ -52,9 +52,9 @@ def posed(
     """Count every record's angles from its beginning (`origin` "start"), and find out how it starts.
 
     A record that begins at zero within the noise is left as it is, to the last bit, and speeds count from
-    zero whatever `origin` says. With `start` "auto" the
-    initial state is free where a record to estimate from begins in motion, or, with `origin` "absolute", away
-    from zero; "rest" and "free" are taken as given. Raises InputError on another `origin` or `start`.
+    zero whatever `origin` says. With `start` "auto" the initial state is free where a record to estimate from
+    begins in motion, or, with `origin` "absolute", away from zero; "rest" and "free" are taken as given.
+    Raises InputError on another `origin` or `start`.
     """
     for name, given, known in (("origin", origin, get_args(Origin)), ("start", start, get_args(Start))):
         if given not in known:

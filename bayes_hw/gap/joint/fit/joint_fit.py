@@ -261,6 +261,13 @@ class JointFit:
         kept = tuple(e for e in values.effects if e.form.label != label)
         return self.moved(self.structure, JointValues(values.cascade, kept))
 
+    def without_labels(self) -> Self:
+        """Without any label, not descended; known inputs and an observer stay."""
+        fit = self
+        for label in self.labels:
+            fit = fit.without(label)
+        return fit
+
     def led_by(self, label: str) -> Self:
         """The same with the effect of `label` before the others that are no known input."""
         values = self.values

@@ -42,9 +42,9 @@ def verified(
 def is_doubtful(best: GivenFit, fit: GivenFit, base: GivenFit, readings: Readings) -> bool:
     """Whether one label more is worth too little to be verified. Beside such a first one nothing further is
     looked for."""
-    return len(best.labels) > len(fit.labels) and best.score < fit.score + asked_over(
-        best, fit, base, readings
-    )
+    if len(best.labels) <= len(fit.labels):
+        return False
+    return best.score < fit.score + asked_over(best, fit, base, readings)
 
 
 def is_too_small(fit: GivenFit) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -69,10 +70,9 @@ def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     trials = [fit.with_effect(s.form, s.values) for s in chosen]
     first = descended_each(trials, FIRST_STEPS // 2)
     if fit.noise_order > 1:
-        begun = [
-            (order, t) for order in (1, 0) for t in trials if order or not t.values.effects[-1].form.is_law
-        ]
-        first += each(lambda b: b[1].descended_under(b[0], FIRST_STEPS).descended(FIRST_STEPS // 2), begun)
+        no_laws = [t for t in trials if not t.values.effects[-1].form.is_law]
+        for order, begun in ((1, trials), (0, no_laws)):
+            first += each(partial(_begun_under, order), begun)
     ranked = sorted(first, key=lambda t: -t.score)[:KEPT_STARTS]
     ranked = sorted(descended_each(ranked, FIRST_STEPS // 2), key=lambda t: -t.score)
     kept: list[AnyFit] = []
@@ -90,6 +90,11 @@ def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     if fit.labels:
         return raced(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
     return descended_each(best[: KEPT_AFTER + 1]) + best[KEPT_AFTER + 1 :]
+
+
+def _begun_under(order: int, trial: AnyFit) -> AnyFit:
+    """After some steps under noise of this order and some under its own."""
+    return trial.descended_under(order, FIRST_STEPS).descended(FIRST_STEPS // 2)
 
 
 def beside_others(own: Sequence[Sequence[Start]]) -> list[Start]:

@@ -106,10 +106,7 @@ def follows_a_cycle(fit: JointFit) -> bool:
     cycle of G's slowest motion: where motion is chaotic no simulation does for longer."""
     if fit.observer is None or not fit.effect_labels:
         return False
-    bare = fit
-    for label in fit.effect_labels:
-        bare = bare.without(label)
-    bare = regrown(bare)
+    bare = regrown(fit.without_labels())
     sections = fit.values.cascade.sections
     angles = [abs(np.angle(section_poles(a1, a2)[0])) for a1, a2 in sections[:2].T]
     slowest = min((angle for angle in angles if angle > 0), default=np.pi)
@@ -122,11 +119,11 @@ def errors_ahead(fit: JointFit, samples: int) -> float:
     """Mean square of the weighted errors in stretches of so many samples that no reading corrects, each after
     twice as many that readings do."""
     errors = []
-    for number, record in enumerate(fit.response.records):
+    for number, (record, level) in enumerate(zip(fit.response.records, fit.levels, strict=True)):
         weights = 1.0 if fit.response.weights is None else fit.response.weights[number]
         at = np.arange(len(record)) // samples
         for turn in range(3):
             free = at % 3 == turn
             run = fit.response.corrected_where(fit.values, number, ~free)
-            errors.append(((record.y_or_nan - fit.levels[number] - run.y) / weights)[free])
+            errors.append(((record.y_or_nan - level - run.y) / weights)[free])
     return float(np.nanmean(np.concatenate(errors) ** 2))

@@ -117,9 +117,7 @@ def each_alone(path: FollowedPath, told: Callable[[str], None]) -> list[JointFit
     labels = list(dict.fromkeys(path.fit.effect_labels))
     if len(labels) < 2 or not is_simulated(path.fit):
         return []
-    bare = path.fit
-    for label in path.fit.labels:
-        bare = bare.without(label)
+    bare = path.fit.without_labels()
     begun = [one for one in each(partial(begun_over, bare), labels) if one is not None]
     near = [one for one in begun if one.score - path.base.score > NEAR * path.gained]
     alone = each(lambda one: as_seen(pruned(_with_all_it_asks(one, path.base, told))), near)
