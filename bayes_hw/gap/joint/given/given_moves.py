@@ -46,7 +46,7 @@ def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
     found = []
     for fit in fits:
         effects = fit.values.effects
-        ports = effects[-1].ports
+        ports = effects[-1].ports if effects else None
         if ports is not None and not ports.signal:
             found.append(fit.with_signal(len(effects) - 1).descended())
     return found

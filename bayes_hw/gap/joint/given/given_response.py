@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
+from scipy import linalg
 
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, JointFit
@@ -142,8 +143,29 @@ class GivenFit(JointFit):
 
     @property
     def free_count(self) -> int:
-        """As of any fit; roots that a further mode loosens are held by their prior and cost nothing more."""
+        """As of any fit, without the roots that a further mode loosens: those are held by their prior."""
         return super().free_count - self.response.further * len(self.response.given.loose_sd)
+
+    @property
+    def score(self) -> float:
+        """As of any fit, less what the records tell of the roots that a further mode loosens: the nats by
+        which their posterior is narrower than their prior (Laplace)."""
+        return super().score - self._loosened_nats
+
+    @cached_property
+    def _loosened_nats(self) -> float:
+        if not self.response.further:
+            return 0.0
+        loose, end = self.response.given.loose_sd, self.response._n_base
+        begin = end - len(loose)
+        try:
+            factor = self.factor()
+        except FloatingPointError:
+            return np.inf
+        columns = [*range(begin), *range(end, self.response.size), *range(begin, end)]
+        own = linalg.qr(factor[:-1, columns], mode="r", check_finite=False)[0].diagonal()[-len(loose) :]
+        sigma = np.sqrt(self.point.variance_by(factor))
+        return float(np.sum(np.log(np.maximum(np.abs(own) * loose / sigma, 1.0))))
 
     @property
     def added(self) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ from bayes_hw.gap.joint.given.given_moves import (
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
-from bayes_hw.gap.joint.given.second_labels import beside_each, second_to
+from bayes_hw.gap.joint.given.second_labels import beside_each, both_instead, second_to
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
@@ -82,6 +82,11 @@ def search_given(
     fit, nats = verified(fit, base, readings, told)
     with at_most(OF_RIVALS * seconds_left()):
         ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
+        two = both_instead(fit, ends, base, readings, trail.alone)
+        if two is not None:
+            told(f"both in its place: {described(two)}")
+            fit, nats = verified(two, base, readings, told)
+            ends = instead_of(fit, base, nats, trail.rivals, trail.alone)
         cut_short = cut_short or time_is_up()
     followed, (ends, rivals) = ends, plainly_named(ends, trail.rivals, base)
     best = max(ends, key=lambda label: ends[label].score, default=None)
