@@ -37,7 +37,7 @@ def effect_estimates(
     }
     for key, value in readings.parameters.items():
         label, quantity = key.split(".")
-        if label in answer:
+        if label in named:
             unit = {"step": units.output, "size": units.output, "sd": "s"}.get(quantity, "")
             found[key] = Estimate.log_normal(value, LOG_SD_OF_READINGS, unit)
     return found

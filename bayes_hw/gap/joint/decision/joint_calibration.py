@@ -39,8 +39,7 @@ class JointCalibration:
 
     A label beside one of the answer explains the records as well within `nats_as_good`. Beside a form without
     a name a label is certain from the share `least_beside` of its nats on: no such form is exact, and what
-    mends it a little is no effect of its own. Noise that changes with the sample number by `nats_of_rhythm`
-    has a cause in the readings' electronics. Jitter may have caused `colour_of_jitter` nats of noise of high
+    mends it a little is no effect of its own. Jitter may have caused `colour_of_jitter` nats of noise of high
     order for every nat of its own.
     """
 
@@ -72,7 +71,6 @@ class JointCalibration:
     least: float
     nats_as_good: float
     least_beside: float
-    nats_of_rhythm: float
     colour_of_jitter: float
 
     def sure(self, nats: float, floor: float) -> float:

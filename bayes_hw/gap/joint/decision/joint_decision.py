@@ -108,16 +108,11 @@ def decide(
     `part_of_g`."""
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
-    remains = evidence.pop(OTHER, 0.0)
+    remains = max(evidence.pop(OTHER, 0.0), found.nats.get(OTHER, 0.0))
     if found.follows_no_better:
         # Corrected at every sample any law predicts the next one; of the axis is what moves as it does.
         remains = max([remains, *(evidence.pop(label) for label in found.nats if label in evidence)])
-    if found.remainder.rhythm > calibration.nats_of_rhythm:
-        # Readings that are worse at every m-th sample are so neither by speed nor by chance, or not alone.
-        for label in ("timing_jitter", "outliers"):
-            evidence.pop(label, None)
-        remains = max(remains, found.remainder.rhythm)
-    elif max(found.remainder.commanded, found.remainder.refuted) > calibration.nats_refuting:
+    if max(found.remainder.commanded, found.remainder.refuted) > calibration.nats_refuting:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
         remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
     elif not found.nats:

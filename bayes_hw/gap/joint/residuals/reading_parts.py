@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.noise.held_angles import held_angles
 from bayes_hw.gap.joint.noise.reading_faults import (
@@ -18,11 +19,15 @@ from bayes_hw.gap.joint.noise.reading_faults import (
     rounded_motion,
     rounding_step,
 )
+from bayes_hw.gap.joint.residuals.rhythm import rhythm
 from bayes_hw.gap.joint.residuals.speed_noise import signed_speed, speed_noise
+from bayes_hw.identify.growth.levels import mask_of
 from bayes_hw.identify.holes import without_holes
 from bayes_hw.record import Record
 
 ROUNDING, TIMING, GLITCHES = "encoder_quantization", "timing_jitter", "outliers"
+EVERY = f"{OTHER}.every"
+"""Samples after which a rhythm repeats, which has no label."""
 
 ROUNDED = 1.6
 """Step over the innovations' standard deviation from which rounding is named."""
@@ -138,6 +143,21 @@ def held(looked: Looked) -> Fault | None:
     return Fault(TIMING, found.nats, {f"{TIMING}.share_held": found.share}, _masking(found.masks))
 
 
+def in_a_rhythm(looked: Looked) -> Fault | None:
+    """Readings that are worse at every m-th sample, by their errors or by the innovations of these: noise
+    that follows itself from sample to sample smears a rhythm, slow error hides it. Where errors follow each
+    other, classes of samples differ less by chance than independent ones do."""
+    point, white, told = looked.fit.point, [], []
+    for number, (e, w) in enumerate(zip(looked.errors, looked.weights, strict=True)):
+        white.append(point.whitener.apply(e[None], 0, mask_of(point.masks, number))[0])
+        told.append((w < MASK) & looked.records[number].measured_samples)
+    found = max((rhythm(e, told) for e in (white, looked.errors)), key=lambda one: one.nats)
+    if not found.present:
+        return None
+    weights = [found.weights(len(record)) for record in looked.records]
+    return Fault(OTHER, found.nats, {EVERY: float(found.every)}, weights)
+
+
 def far_off(looked: Looked) -> Fault | None:
     """Single readings far from their neighbours."""
     found = glitches(looked.errors, looked.rounding_error)
@@ -188,6 +208,7 @@ PARTS: Sequence[Callable[[Looked], Fault | None]] = (
     rounded,
     repeated,
     held,
+    in_a_rhythm,
     far_off,
     rounded_beneath,
     mistimed,

@@ -12,29 +12,6 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.command_trace import command_nats
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.gap.joint.residuals.own_disturbances import refuting_nats
-from bayes_hw.gap.joint.residuals.speed_noise import less_for_tails
-from bayes_hw.identify.growth.descent import innovations
-
-LONGEST_RHYTHM = 12
-
-
-def rhythm_nats(innovations: Sequence[FloatArray]) -> float:
-    """What a variance of its own for every sample number modulo m gains, at the best m."""
-    best = -np.inf
-    whole = np.concatenate(list(innovations))
-    for m in range(2, LONGEST_RHYTHM + 1):
-        best = max(best, _gained([np.concatenate([a[i::m] for a in innovations]) for i in range(m)]))
-    return less_for_tails(best, whole)
-
-
-def _gained(parts: Sequence[FloatArray]) -> float:
-    """Less what normal noise of one variance would gain on average, and half a logarithm of the samples."""
-    whole = np.concatenate(list(parts))
-    tiny = float(np.finfo(float).tiny)
-    apart = sum(len(p) * float(np.log(np.mean(p**2) + tiny)) for p in parts if len(p))
-    together = len(whole) * float(np.log(np.mean(whole**2) + tiny))
-    return 0.5 * (together - apart) - 0.5 * (len(parts) - 1) - 0.5 * float(np.log(max(len(whole), 2)))
-
 
 COLOURED_NATS = 40.0
 """By which an autoregression of higher order must beat one of the first for the noise to count as a cause."""
@@ -49,13 +26,11 @@ LONGEST_LAG = 200
 @dataclass(frozen=True)
 class Remainder:
     """What the final fit leaves: order of its noise, by how many nats that explains it better than noise of
-    the first order, nats of a variance that changes in a rhythm; where its noise has a cause,
-    those of what it knows of the command, which no such cause does, and those by which the disturbances that
-    it says there were refute it."""
+    the first order; where its noise has a cause, nats of what it knows of the command, which no such cause
+    does, and those by which the disturbances that it says there were refute it."""
 
     order: int
     coloured: float
-    rhythm: float = 0.0
     commanded: float = 0.0
     refuted: float = 0.0
 
@@ -69,8 +44,7 @@ class Remainder:
 def remainder_of(fit: JointFit) -> Remainder:
     """Of a fit's weighted residuals."""
     commanded = 0.0 if fit.response.cause is None else command_nats(fit)
-    rhythm = rhythm_nats(innovations(fit.point))
-    return Remainder(fit.noise_order, coloured_nats(fit), rhythm, commanded, refuting_nats(fit))
+    return Remainder(fit.noise_order, coloured_nats(fit), commanded, refuting_nats(fit))
 
 
 def coloured_nats(fit: JointFit) -> float:
