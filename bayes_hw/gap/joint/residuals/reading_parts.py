@@ -143,6 +143,19 @@ def held(looked: Looked) -> Fault | None:
     return Fault(TIMING, found.nats, {f"{TIMING}.share_held": found.share}, _masking(found.masks))
 
 
+def far_off(looked: Looked) -> Fault | None:
+    """Single readings far from their neighbours."""
+    found = glitches(looked.errors, looked.rounding_error)
+    if not found.present:
+        return None
+    sizes = np.concatenate([e[m] for e, m in zip(looked.residuals, found.masks, strict=True)])
+    parameters = {
+        f"{GLITCHES}.rate": found.count / sum(len(record) for record in looked.records),
+        f"{GLITCHES}.size": float(np.sqrt(np.mean(sizes**2))),
+    }
+    return Fault(GLITCHES, found.nats, parameters, _masking(found.masks))
+
+
 def in_a_rhythm(looked: Looked) -> Fault | None:
     """Readings that are worse at every m-th sample, by their errors or by the innovations of these: noise
     that follows itself from sample to sample smears a rhythm, slow error hides it. Where errors follow each
@@ -156,19 +169,6 @@ def in_a_rhythm(looked: Looked) -> Fault | None:
         return None
     weights = [found.weights(len(record)) for record in looked.records]
     return Fault(OTHER, found.nats, {EVERY: float(found.every)}, weights)
-
-
-def far_off(looked: Looked) -> Fault | None:
-    """Single readings far from their neighbours."""
-    found = glitches(looked.errors, looked.rounding_error)
-    if not found.present:
-        return None
-    sizes = np.concatenate([e[m] for e, m in zip(looked.residuals, found.masks, strict=True)])
-    parameters = {
-        f"{GLITCHES}.rate": found.count / sum(len(record) for record in looked.records),
-        f"{GLITCHES}.size": float(np.sqrt(np.mean(sizes**2))),
-    }
-    return Fault(GLITCHES, found.nats, parameters, _masking(found.masks))
 
 
 def rounded_beneath(looked: Looked) -> Fault | None:
@@ -208,8 +208,8 @@ PARTS: Sequence[Callable[[Looked], Fault | None]] = (
     rounded,
     repeated,
     held,
-    in_a_rhythm,
     far_off,
+    in_a_rhythm,
     rounded_beneath,
     mistimed,
 )

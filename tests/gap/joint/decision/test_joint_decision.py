@@ -236,15 +236,19 @@ def test_a_law_that_only_corrections_keep_on_the_records_has_no_name() -> None:
     assert JointEvidence.from_dict(lost.to_dict()) == lost
 
 
-def test_a_rhythm_of_samples_has_no_name() -> None:
-    quiet = Remainder(0, 0.0, 90.0)
-    found = decide(JointEvidence({}, {}, {}, 0.0, (), quiet))
+def test_what_is_wrong_with_readings_may_have_no_name() -> None:
+    """It stands beside what the readings show besides, and beside an effect that is worth more."""
+    quiet = Remainder(0, 0.0)
+    found = decide(JointEvidence({}, {"other": 90.0}, {}, 0.0, (), quiet))
     assert found.answer == ("other",)
-    for label in ("timing_jitter", "outliers"):
-        assert decide(JointEvidence({}, {label: 600.0}, {}, 0.0, (), quiet)).answer == ("other",)
-    rounded = decide(JointEvidence({}, {"encoder_quantization": 600.0}, {}, 0.0, (), quiet))
-    assert rounded.answer == ("encoder_quantization", "other")
-    assert decide(JointEvidence.from_dict(JointEvidence({}, {}, {}, 0.0, (), quiet).to_dict())) == found
+    rounded = {"encoder_quantization": 600.0, "other": 90.0}
+    assert decide(JointEvidence({}, rounded, {}, 0.0, (), quiet)).answer == ("encoder_quantization", "other")
+    for nats, expected in ((600.0, ("friction", "other")), (60.0, ("other",))):
+        told = {"friction": nats}, {"other": 90.0}, {"friction": nats}, nats, ("friction",), quiet
+        assert decide(JointEvidence(*told)).answer == expected
+    beside = {"other": 500.0, "friction": 300.0}
+    told = beside, {"other": 90.0}, {"friction": 300.0}, 800.0, ("other", "friction"), quiet
+    assert decide(JointEvidence(*told)).answer == decide(JointEvidence(beside, {}, *told[2:])).answer
 
 
 @pytest.mark.parametrize("beside", [{}, {"saturation_drift": 300.0}], ids=["alone", "beside"])

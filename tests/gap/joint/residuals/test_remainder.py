@@ -13,7 +13,6 @@ from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals.remainder import (
     coloured_nats,
     remainder_of,
-    rhythm_nats,
     samples_of_variance,
 )
 from bayes_hw.gap.joint.response.joint_response import JointResponse
@@ -31,21 +30,6 @@ def test_the_variance_of_coloured_noise_is_known_worse() -> None:
     assert abs(np.sqrt(2 / samples_of_variance(list(records[:5]))) * np.sqrt(5) / spread - 1) < 0.15
     white = samples_of_variance([rng.standard_normal(1500)])
     assert 1300 < white <= 1500
-
-
-def test_a_rhythm_is_told_from_even_noise_and_from_a_burst() -> None:
-    rng = np.random.default_rng(2)
-    even = [rng.standard_normal(2000) for _ in range(2)]
-    assert rhythm_nats(even) < 10
-    burst = [e.copy() for e in even]
-    burst[0][300:400] *= 3
-    assert rhythm_nats(burst) < 20
-    heavy = [rng.standard_t(2.5, 2000) for _ in range(20)]
-    assert max(rhythm_nats([e]) for e in heavy) < 20
-    beat = [e.copy() for e in even]
-    for e in beat:
-        e[::5] *= 1.5
-    assert rhythm_nats(beat) > 30
 
 
 def test_what_lasts_longer_than_readings_remember_has_nats() -> None:
