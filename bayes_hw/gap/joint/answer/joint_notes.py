@@ -44,8 +44,8 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
         said += of_unnamed(fit)
         if EVERY in found.readings.parameters:
             said.append(
-                f"one of every {found.readings.parameters[EVERY]:.0f} readings is worse than the others: look at "
-                "what takes turns in the encoder's electronics, a converter, an interpolation, a multiplexer"
+                f"the scatter of the readings repeats every {found.readings.parameters[EVERY]:.0f} samples: "
+                "look at what takes turns in the encoder, a converter, an interpolation, a multiplexer"
             )
         if fit.response.cause is not None and fit.added[-1] not in decision.answer:
             said.append(

@@ -23,9 +23,7 @@ go on to their ends."""
 
 def beside_each(others: Sequence[GivenFit]) -> list[GivenFit]:
     """The best explanations with one label more than any of these, the best of all to their ends."""
-    found = [
-        t for one in others for t in (*effect_candidates(one, FORMS), *further_modes(one), *later(one))
-    ]
+    found = [t for one in others for t in (*effect_candidates(one, FORMS), *further_modes(one), *later(one))]
     found.sort(key=lambda t: -t.score)
     leading = found[:SECONDS_FINISHED]
     return found + [explained_slowly(t) for t in leading + with_signals(leading)]
@@ -44,7 +42,11 @@ def second_to(fit: GivenFit, base: GivenFit, alone: Mapping[str, GivenFit]) -> l
 
 
 def both_instead(
-    fit: GivenFit, ends: Mapping[str, GivenFit], base: GivenFit, readings: Readings, alone: Mapping[str, GivenFit]
+    fit: GivenFit,
+    ends: Mapping[str, GivenFit],
+    base: GivenFit,
+    readings: Readings,
+    alone: Mapping[str, GivenFit],
 ) -> GivenFit | None:
     """An explanation by two labels where several explain the records alike, each of which may stand in for
     both, so that none of them is a half; None where one label is told from the others, or two are not worth

@@ -21,8 +21,7 @@ from bayes_hw.gap.joint.noise.reading_faults import (
 )
 from bayes_hw.gap.joint.residuals.rhythm import rhythm
 from bayes_hw.gap.joint.residuals.speed_noise import signed_speed, speed_noise
-from bayes_hw.identify.growth.levels import mask_of
-from bayes_hw.identify.holes import without_holes
+from bayes_hw.identify.holes import mask_of, without_holes
 from bayes_hw.record import Record
 
 ROUNDING, TIMING, GLITCHES = "encoder_quantization", "timing_jitter", "outliers"
@@ -157,15 +156,16 @@ def far_off(looked: Looked) -> Fault | None:
 
 
 def in_a_rhythm(looked: Looked) -> Fault | None:
-    """Readings that are worse at every m-th sample, by their errors or by the innovations of these: noise
-    that follows itself from sample to sample smears a rhythm, slow error hides it. Where errors follow each
-    other, classes of samples differ less by chance than independent ones do."""
+    """Readings that are worse at every m-th sample, by their innovations, or else by their errors: slow error
+    hides a rhythm from these, noise that follows itself from sample to sample smears it for those. Where
+    errors follow each other, classes of samples differ less by chance than independent ones do."""
     point, white, told = looked.fit.point, [], []
     for number, (e, w) in enumerate(zip(looked.errors, looked.weights, strict=True)):
         white.append(point.whitener.apply(e[None], 0, mask_of(point.masks, number))[0])
         told.append((w < MASK) & looked.records[number].measured_samples)
-    found = max((rhythm(e, told) for e in (white, looked.errors)), key=lambda one: one.nats)
-    if not found.present:
+    by_either = (rhythm(white, told), rhythm(looked.errors, told))
+    found = next((one for one in by_either if one.present), None)
+    if found is None:
         return None
     weights = [found.weights(len(record)) for record in looked.records]
     return Fault(OTHER, found.nats, {EVERY: float(found.every)}, weights)

@@ -35,8 +35,8 @@ class Readings:
 
 
 def read_faults(fit: JointFit) -> Readings:
-    """Rounding, repeats, held angles, glitches, a rhythm and errors of timing, from the residuals of a fit: every part
-    looks at what those before it leave."""
+    """Rounding, repeats, held angles, glitches, a rhythm and errors of timing, from the residuals of a fit:
+    every part looks at what those before it leave."""
     looked = Looked.at(fit)
     for part in PARTS:
         fault = part(looked)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import pytest
 from joint_axis import measured, model
 
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
+from bayes_hw.gap.joint.given import second_labels
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base
-from bayes_hw.gap.joint.given.second_labels import SECONDS, second_to
+from bayes_hw.gap.joint.given.second_labels import SECONDS, both_instead, second_to
+from bayes_hw.gap.joint.residuals.readings import read_faults
+from bayes_hw.identify.growth.levels import WHITE
 
 
 def test_a_second_label_is_sought_beside_the_best_of_all_others() -> None:
@@ -36,3 +41,38 @@ def test_a_second_label_is_sought_beside_the_best_of_all_others() -> None:
     fewer = second_to(best, base, more)
     assert len(fewer) == SECONDS
     assert {one.labels for one in fewer} > {("backlash",), ("torque_ripple",)}
+
+
+def test_two_labels_are_sought_where_several_explain_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside those that are none of them, and taken where they are worth what two must be."""
+    base = best_base(measured((), 400, (1,)), model())
+
+    def reaching(labels: Sequence[str], nats: float) -> GivenFit:
+        fit = base
+        for label in labels:
+            law = next(f for f in FORMS if f.label == label)
+            fit = fit.with_effect(law, law.starts(base.response.scale)[0])
+        likelihood = fit.point.log_likelihood + base.score - fit.score + nats
+        return replace(fit, point=replace(fit.point, log_likelihood=likelihood, whitener=WHITE))
+
+    gap, rub, bias = (
+        reaching([x], n) for x, n in (("backlash", 600), ("friction", 590), ("command_bias", 300))
+    )
+    alone = {"backlash": gap, "friction": rub, "command_bias": bias}
+    begun: list[Sequence[GivenFit]] = []
+
+    def both(nats: float) -> Callable[[Sequence[GivenFit]], list[GivenFit]]:
+        pair = reaching(["command_bias", "gain_drift"], nats)
+        return lambda others: begun.append(others) or [pair]  # type: ignore[func-returns-value]
+
+    monkeypatch.setattr(second_labels, "settled", lambda fit: fit)
+    monkeypatch.setattr(second_labels, "pruned", lambda fit: fit)
+    ends, readings = {"backlash": gap, "friction": rub}, read_faults(base)
+    for nats, taken in ((900.0, True), (610.0, False)):
+        monkeypatch.setattr(second_labels, "beside_each", both(nats))
+        found = both_instead(gap, ends, base, readings, alone)
+        assert (found is not None) is taken
+    assert begun == [[bias], [bias]]
+    apart = {"backlash": gap, "friction": reaching(["friction"], 400)}
+    assert both_instead(gap, apart, base, readings, alone) is None
+    assert len(begun) == 2
