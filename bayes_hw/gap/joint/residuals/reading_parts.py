@@ -188,7 +188,8 @@ def rounded_beneath(looked: Looked) -> Fault | None:
 
 def mistimed(looked: Looked) -> Fault | None:
     """Noise that grows with the speed, where nothing is far off, rounded beneath the noise or in a rhythm,
-    which are so at any speed; where rounding shows, at speeds of some of its step a sample: what it adds grows as the axis begins to move."""
+    which are so at any speed; where rounding shows, at speeds of some of its step a sample: what it adds
+    grows as the axis begins to move."""
     if looked.rounded_first or {GLITCHES, OTHER} & looked.nats.keys():
         return None
     residuals = [np.where(w > 1, 0.0, e) for e, w in zip(looked.residuals, looked.weights, strict=True)]
