@@ -18,6 +18,7 @@ from bayes_hw.gap.joint.noise.reading_faults import (
     repeats,
     rounded_motion,
     rounding_step,
+    running_median,
 )
 from bayes_hw.gap.joint.residuals.rhythm import rhythm
 from bayes_hw.gap.joint.residuals.speed_noise import signed_speed, speed_noise
@@ -134,8 +135,32 @@ def repeated(looked: Looked) -> Fault | None:
     return Fault(TIMING, CERTAIN_NATS, {f"{TIMING}.share_repeated": share}, _masking(masks))
 
 
+def in_a_rhythm(looked: Looked) -> Fault | None:
+    """Readings that are worse at every m-th sample, by their innovations, or else by their errors: slow error
+    hides a rhythm from these, noise that follows itself from sample to sample smears it for those. Where
+    errors follow each other, classes of samples differ less by chance than independent ones do. Readings far
+    off do not count."""
+    far = glitches(looked.errors, looked.rounding_error)
+    near = [np.where(m, running_median(e), e) for e, m in zip(looked.errors, far.masks, strict=True)]
+    point = looked.fit.point
+    white = [point.whitener.apply(e[None], 0, mask_of(point.masks, n))[0] for n, e in enumerate(near)]
+    told = [
+        (w < MASK) & record.measured_samples & ~mask
+        for w, record, mask in zip(looked.weights, looked.records, far.masks, strict=True)
+    ]
+    by_either = (rhythm(white, told), rhythm(near, told))
+    found = next((one for one in by_either if one.present), None)
+    if found is None:
+        return None
+    weights = [found.weights(len(record)) for record in looked.records]
+    return Fault(OTHER, found.nats, {EVERY: float(found.every)}, weights)
+
+
 def held(looked: Looked) -> Fault | None:
-    """Angles that were held for some samples beneath noise of their own."""
+    """Angles that were held for some samples beneath noise of their own, but in no rhythm: what is stale by
+    turns is not the whole angle, or not by chance."""
+    if OTHER in looked.nats:
+        return None
     found = held_angles(looked.errors, looked.angles, looked.rounding_error)
     if not found.present:
         return None
@@ -153,22 +178,6 @@ def far_off(looked: Looked) -> Fault | None:
         f"{GLITCHES}.size": float(np.sqrt(np.mean(sizes**2))),
     }
     return Fault(GLITCHES, found.nats, parameters, _masking(found.masks))
-
-
-def in_a_rhythm(looked: Looked) -> Fault | None:
-    """Readings that are worse at every m-th sample, by their innovations, or else by their errors: slow error
-    hides a rhythm from these, noise that follows itself from sample to sample smears it for those. Where
-    errors follow each other, classes of samples differ less by chance than independent ones do."""
-    point, white, told = looked.fit.point, [], []
-    for number, (e, w) in enumerate(zip(looked.errors, looked.weights, strict=True)):
-        white.append(point.whitener.apply(e[None], 0, mask_of(point.masks, number))[0])
-        told.append((w < MASK) & looked.records[number].measured_samples)
-    by_either = (rhythm(white, told), rhythm(looked.errors, told))
-    found = next((one for one in by_either if one.present), None)
-    if found is None:
-        return None
-    weights = [found.weights(len(record)) for record in looked.records]
-    return Fault(OTHER, found.nats, {EVERY: float(found.every)}, weights)
 
 
 def rounded_beneath(looked: Looked) -> Fault | None:
@@ -208,9 +217,9 @@ def mistimed(looked: Looked) -> Fault | None:
 PARTS: Sequence[Callable[[Looked], Fault | None]] = (
     rounded,
     repeated,
+    in_a_rhythm,
     held,
     far_off,
-    in_a_rhythm,
     rounded_beneath,
     mistimed,
 )

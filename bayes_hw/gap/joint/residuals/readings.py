@@ -35,7 +35,7 @@ class Readings:
 
 
 def read_faults(fit: JointFit) -> Readings:
-    """Rounding, repeats, held angles, glitches, a rhythm and errors of timing, from the residuals of a fit:
+    """Rounding, repeats, a rhythm, held angles, glitches and errors of timing, from the residuals of a fit:
     every part looks at what those before it leave."""
     looked = Looked.at(fit)
     for part in PARTS:
