@@ -93,7 +93,8 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
     for other in GIVEN_FORMS:
         if other.is_law and not other.further and other.base == form.base and other.label not in fit.labels:
             starts = [fit.with_form(last, other, start) for start in other.starts(scale)[:FEW_STARTS]]
-            found.append(highest([start.descended(SECOND_STEPS) for start in starts]).descended())
+            tried = [start.descended(SECOND_STEPS) for start in starts]
+            found += [highest(tried).descended()] if tried else []
     return found
 
 

@@ -31,5 +31,6 @@ def settled(fit: GivenFit) -> GivenFit:
 
 def _under_a_cause(fit: GivenFit) -> GivenFit:
     """Descended under noise of the likelier cause, which weighs what is slow less than white noise
-    and takes up less of it than a free one; not descended without."""
-    return highest(slow_causes(fit)).with_cause(None)
+    and takes up less of it than a free one; not descended without. As it is once time is up."""
+    caused = slow_causes(fit)
+    return highest(caused).with_cause(None) if caused else fit

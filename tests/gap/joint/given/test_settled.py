@@ -56,6 +56,19 @@ def test_a_descent_takes_no_step_once_time_is_up(rubbed: GivenFit) -> None:
     assert stayed.descended().score > begun.score + 20
 
 
+def test_an_explanation_is_as_it_is_where_time_runs_out_on_the_way(
+    rubbed: GivenFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After its ports were tried, before noise of a cause is: there is none once time is up."""
+    coulomb = rubbed.with_effect(form("friction", "Coulomb, motor"), (0.02,)).descended(6)
+    monkeypatch.setattr(settled, "port_candidates", lambda _: [])
+    monkeypatch.setattr(settled, "explained_slowly", lambda fit: fit)
+    monkeypatch.setattr(settled, "finer", lambda fit: fit)
+    monkeypatch.setattr(settled, "kicked", lambda fit: fit)
+    monkeypatch.setattr(settled, "slow_causes", lambda _: [])
+    assert settled.settled(coulomb).score >= coulomb.score
+
+
 def test_a_search_without_time_answers_with_what_it_has_and_says_so() -> None:
     records = measured((Effect(form("command_bias"), np.array([0.02])),), FEW, (1, 2))
     with at_most(1e-3):
