@@ -59,10 +59,10 @@ WORDS_OF_SEARCH = {
     "posterior": "draws; how far the gap closes",
     "given": "around a model that was given",
     "search": "effects proposed, descended, verified",
-    "residuals": "tones, jumps, faults of reading",
+    "residuals": "tones, jumps, rhythms",
     "fit": "structure, effects, noise descended at once",
     "response": "the compiled axis and its derivatives",
-    "noise": "slow parts, rhythms",
+    "noise": "slow parts, faults of reading",
     "forms": "forms of effects that can be proposed",
 }
 

@@ -1,1 +1,1 @@
-"""What noise in the search from records can be: slow parts, a rhythm, faults of reading."""
+"""What noise in the search from records can be: slow parts, held angles, faults of reading."""

@@ -1,1 +1,1 @@
-"""What a fit leaves of the records: causes of noise, tones, jumps and faults of reading."""
+"""What a fit leaves of the records: causes of noise, tones, jumps, a rhythm and faults of reading."""
