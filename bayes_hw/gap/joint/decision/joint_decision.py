@@ -129,6 +129,22 @@ def decide(
         asked = calibration.least_beside if OTHER in found.nats else 1.0
         certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
+    decision = _stated(found, answer, evidence, remains, calibration, part_of_g)
+    if decision.answer[1:] == (OTHER,) and decision.probability[answer[0]] < decision.probability[OTHER]:
+        # Less certain than that something has no name, it is not what is certain of the two.
+        return _stated(found, (OTHER,), evidence, remains, calibration, part_of_g)
+    return decision
+
+
+def _stated(
+    found: JointEvidence,
+    answer: tuple[str, ...],
+    evidence: Mapping[str, float],
+    remains: float,
+    calibration: JointCalibration,
+    part_of_g: Sequence[str],
+) -> JointDecision:
+    """An answer with the probability of every label and what is confusable with one of its own."""
     probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
     found_contests, confusable = contests(found, answer, calibration.nats_as_good), []
     for named in dict.fromkeys(named for named, _, _ in found_contests):

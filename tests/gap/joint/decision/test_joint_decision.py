@@ -272,3 +272,13 @@ def test_no_gap_beside_labels_is_the_product_of_their_doubts() -> None:
     assert constants.nothing([5.0, 20.0]) == pytest.approx(expected[0] * expected[1])
     assert constants.nothing([]) == 1.0
     assert constants.nothing([-3.0]) == pytest.approx(constants.doubt)
+
+
+def test_only_what_is_more_certain_than_other_stands_beside_it() -> None:
+    """The same nats, of a search that came to its end and of one that was cut short."""
+    told = {"friction": 900.0}, {"other": 600.0}, {"friction": 900.0}, 900.0, ("friction",), Remainder(0, 0.0)
+    whole, cut = (decide(JointEvidence(*told, cut_short=short)) for short in (False, True))
+    assert whole.answer == ("friction", "other")
+    assert whole.probability["friction"] >= whole.probability["other"]
+    assert cut.answer == ("other",)
+    assert cut.probability["friction"] < 0.5 < cut.probability["other"]
