@@ -162,12 +162,17 @@ def log_prior(response: Response, coordinates: FloatArray) -> float:
 def innovations(point: Point, residuals: Sequence[FloatArray] | None = None) -> list[FloatArray]:
     """Innovations of every record under a point's noise, of its own or of other residuals, of the samples
     that were measured."""
-    found = []
-    for number, e in enumerate(point.residuals if residuals is None else residuals):
-        measured = mask_of(point.masks, number)
-        white = point.whitener.apply(e[None, :], 0, measured)[0]
-        found.append(white if measured is None else white[measured])
-    return found
+    found = whitened(point, point.residuals if residuals is None else residuals)
+    if point.masks is None:
+        return found
+    return [white[measured] for white, measured in zip(found, point.masks, strict=True)]
+
+
+def whitened(point: Point, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+    """Innovations of every sample (samples,) of every record under a point's noise, zero where nothing was
+    measured."""
+    masks = (mask_of(point.masks, number) for number in range(len(residuals)))
+    return [point.whitener.apply(e[None, :], 0, mask)[0] for e, mask in zip(residuals, masks, strict=True)]
 
 
 def whitened_blocks(response: Response, coordinates: FloatArray, whitener: Whitener) -> Iterator[FloatArray]:

@@ -107,7 +107,8 @@ def residuals_section(tests: ResidualReport) -> Section:
 def odds_section(diagnosis: JointDiagnosis) -> Section:
     """Every label with its probability, and what each explanation is worth."""
     found, verdict = diagnosis.found, diagnosis.verdict
-    rows = [(label, f"{nats:.0f}") for label, nats in {**found.nats, **found.readings.nats}.items()]
+    worth = [*found.nats.items(), *found.readings.nats.items()]
+    rows = [(label, f"{nats:.0f}") for label, nats in worth]
     known = {label for label, _ in rows}
     rivals = sorted(found.rivals.items(), key=lambda item: -item[1])
     rows += [(f"{n}, alone in place of it", f"{v:.0f}") for n, v in rivals if v > 0 and n not in known]

@@ -182,7 +182,7 @@ def _asymmetry(sized: Sized, label: str) -> list[str]:
 
 
 def _readings(sized: Sized, label: str) -> list[str]:
-    """Of rounding, late samples and glitches."""
+    """Of rounding, late samples, glitches and a rhythm."""
     p, unit = sized.found.readings.parameters, sized.unit
     said = []
     if f"{label}.step" in p:
@@ -196,6 +196,11 @@ def _readings(sized: Sized, label: str) -> list[str]:
     if f"{label}.share_held" in p:
         said.append(
             f"{100 * p[f'{label}.share_held']:.3g} % of the readings show the angle of one sample earlier"
+        )
+    if f"{label}.every" in p:
+        said.append(
+            f"the scatter of the readings repeats every {p[f'{label}.every']:.0f} samples: look at what "
+            "takes turns in the encoder, a converter, an interpolation, a multiplexer"
         )
     if f"{label}.rate" in p:
         size = p.get(f"{label}.size", 0.0)
@@ -313,7 +318,7 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
             "use the bands for planning, and do the experiment below before any remedy",
             "one of the records again, unchanged: what repeats belongs to the axis, what does not to its "
             "surroundings; then slow triangles at three rates",
-            _nothing,
+            _readings,
         ),
     }
 )

@@ -8,7 +8,6 @@ from bayes_hw.gap.joint.decision.joint_decision import JointDecision
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, TURNS_SEEN
 from bayes_hw.gap.joint.posterior.joint_closure import spread
-from bayes_hw.gap.joint.residuals.reading_parts import EVERY
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
 from bayes_hw.gap.joint.search.observer import unobserved
 from bayes_hw.phrases import log_evidence
@@ -42,11 +41,6 @@ def notes_on_search(found: JointAnswer, decision: JointDecision) -> list[str]:
     ]
     if OTHER in decision.answer:
         said += of_unnamed(fit)
-        if EVERY in found.readings.parameters:
-            said.append(
-                f"the scatter of the readings repeats every {found.readings.parameters[EVERY]:.0f} samples: "
-                "look at what takes turns in the encoder, a converter, an interpolation, a multiplexer"
-            )
         if fit.response.cause is not None and fit.added[-1] not in decision.answer:
             said.append(
                 f"what is slow in the error is no {fit.added[-1]}: it comes in pulses, or knows how the axis "

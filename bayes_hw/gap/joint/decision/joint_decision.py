@@ -108,7 +108,8 @@ def decide(
     `part_of_g`."""
     calibration = calibration or JointCalibration.built_in()
     evidence = {**found.nats, **found.reading_nats}
-    remains = max(evidence.pop(OTHER, 0.0), found.nats.get(OTHER, 0.0))
+    evidence.pop(OTHER, None)
+    remains = max(nats.get(OTHER, 0.0) for nats in (found.nats, found.reading_nats))
     if found.follows_no_better:
         # Corrected at every sample any law predicts the next one; of the axis is what moves as it does.
         remains = max([remains, *(evidence.pop(label) for label in found.nats if label in evidence)])
@@ -129,23 +130,26 @@ def decide(
         asked = calibration.least_beside if OTHER in found.nats else 1.0
         certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
-    decision = _stated(found, answer, evidence, remains, calibration, part_of_g)
+
+    def stated(answer: tuple[str, ...]) -> JointDecision:
+        probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
+        return _contested(found, answer, probability, calibration)
+
+    decision = stated(answer)
     if decision.answer[1:] == (OTHER,) and decision.probability[answer[0]] < decision.probability[OTHER]:
         # Less certain than that something has no name, it is not what is certain of the two.
-        return _stated(found, (OTHER,), evidence, remains, calibration, part_of_g)
+        return stated((OTHER,))
     return decision
 
 
-def _stated(
+def _contested(
     found: JointEvidence,
     answer: tuple[str, ...],
-    evidence: Mapping[str, float],
-    remains: float,
+    probability: dict[str, float],
     calibration: JointCalibration,
-    part_of_g: Sequence[str],
 ) -> JointDecision:
-    """An answer with the probability of every label and what is confusable with one of its own."""
-    probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
+    """An answer with the probability of every label, rivals having their share of it, and what is confusable
+    with one of its own."""
     found_contests, confusable = contests(found, answer, calibration.nats_as_good), []
     for named in dict.fromkeys(named for named, _, _ in found_contests):
         odds = {named: 1.0}

@@ -22,7 +22,8 @@ from bayes_hw.gap.joint.noise.reading_faults import (
 )
 from bayes_hw.gap.joint.residuals.rhythm import rhythm
 from bayes_hw.gap.joint.residuals.speed_noise import signed_speed, speed_noise
-from bayes_hw.identify.holes import mask_of, without_holes
+from bayes_hw.identify.growth.descent import whitened
+from bayes_hw.identify.holes import without_holes
 from bayes_hw.record import Record
 
 ROUNDING, TIMING, GLITCHES = "encoder_quantization", "timing_jitter", "outliers"
@@ -136,19 +137,17 @@ def repeated(looked: Looked) -> Fault | None:
 
 
 def in_a_rhythm(looked: Looked) -> Fault | None:
-    """Readings that are worse at every m-th sample, by their innovations, or else by their errors: slow error
-    hides a rhythm from these, noise that follows itself from sample to sample smears it for those. Where
+    """Readings that are worse at every m-th sample, by their innovations or else by their errors: slow error
+    hides a rhythm of errors, noise that follows itself from sample to sample smears one of innovations. Where
     errors follow each other, classes of samples differ less by chance than independent ones do. Readings far
     off do not count."""
     far = glitches(looked.errors, looked.rounding_error)
     near = [np.where(m, running_median(e), e) for e, m in zip(looked.errors, far.masks, strict=True)]
-    point = looked.fit.point
-    white = [point.whitener.apply(e[None], 0, mask_of(point.masks, n))[0] for n, e in enumerate(near)]
     told = [
         (w < MASK) & record.measured_samples & ~mask
         for w, record, mask in zip(looked.weights, looked.records, far.masks, strict=True)
     ]
-    by_either = (rhythm(white, told), rhythm(near, told))
+    by_either = (rhythm(errors, told) for errors in (whitened(looked.fit.point, near), near))
     found = next((one for one in by_either if one.present), None)
     if found is None:
         return None

@@ -35,24 +35,26 @@ class Rhythm:
         return np.resize(self.deviations, samples)
 
 
-def rhythm(white: Sequence[FloatArray], masks: Sequence[BoolArray]) -> Rhythm:
-    """What a variance of its own for every sample number modulo m gains, at the best m, of innovations
-    (samples,) of records where a mask (samples,) says that they count.
+def rhythm(errors: Sequence[FloatArray], masks: Sequence[BoolArray]) -> Rhythm:
+    """What a variance of its own for every sample number modulo m gains, at the best m, of errors or
+    innovations (samples,) of records where a mask (samples,) says that they count.
 
     Heavy tails make such gains larger, and nats are divided by what they do (`less_for_tails`).
     """
-    whole = np.concatenate([e[mask] for e, mask in zip(white, masks, strict=True)])
+    whole = np.concatenate([e[mask] for e, mask in zip(errors, masks, strict=True)])
     numbers = np.concatenate([np.flatnonzero(mask) for mask in masks])
     best = max((_at_every(m, whole, numbers) for m in range(2, LONGEST_RHYTHM + 1)), key=lambda r: r.nats)
     return replace(best, nats=less_for_tails(best.nats, whole))
 
 
-def _at_every(m: int, white: FloatArray, numbers: IntArray) -> Rhythm:
-    """At one m, less half a logarithm of the samples for every variance but one."""
+def _at_every(m: int, errors: FloatArray, numbers: IntArray) -> Rhythm:
+    """At one m, less half a logarithm of the samples for every variance but one. Samples of which none counts
+    are taken to be as good as the best."""
     tiny = float(np.finfo(float).tiny)
     counts = np.bincount(numbers % m, minlength=m)
-    variances = np.bincount(numbers % m, white**2, m) / np.maximum(counts, 1) + tiny
-    together = len(white) * float(np.log(np.mean(white**2) + tiny)) if len(white) else 0.0
+    variances = np.bincount(numbers % m, errors**2, m) / np.maximum(counts, 1) + tiny
+    together = len(errors) * float(np.log(np.mean(errors**2) + tiny)) if len(errors) else 0.0
     gained = 0.5 * (together - float(counts @ np.log(variances)))
-    price = 0.5 * (m - 1) * float(np.log(max(len(white), 2)))
-    return Rhythm(m, gained - price, np.sqrt(variances / variances.min()))
+    price = 0.5 * (m - 1) * float(np.log(max(len(errors), 2)))
+    least = np.min(variances, where=counts > 0, initial=np.inf)
+    return Rhythm(m, gained - price, np.sqrt(np.where(counts > 0, variances / least, 1.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,14 @@ from scipy.signal import lfilter
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.residuals.reading_parts import EVERY
+from bayes_hw.gap.joint.residuals.reading_parts import EVERY, TIMING, Fault, Looked, held, mistimed
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.residuals.rhythm import PRESENT_NATS, rhythm
+from bayes_hw.gap.joint.residuals.speed_noise import speeds
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
 
 SAMPLES = 600
 
@@ -32,7 +35,22 @@ def test_a_rhythm_is_told_from_even_noise_a_burst_and_heavy_tails() -> None:
     burst = [e.copy() for e in even]
     burst[0][300:400] *= 3
     heavy = [[rng.standard_t(2.5, 2000)] for _ in range(20)]
-    assert not any(rhythm(white, _all(white)).present for white in (even, burst, *heavy))
+    assert rhythm(even, _all(even)).nats < 10
+    assert not any(rhythm(white, _all(white)).present for white in (burst, *heavy))
+    beat = [e.copy() for e in even]
+    for e in beat:
+        e[::5] *= 1.5
+    assert rhythm(beat, _all(beat)).nats > 30
+
+
+def test_samples_of_which_none_counts_are_as_good_as_the_best() -> None:
+    """As where every second reading repeats the one before."""
+    white = [np.random.default_rng(6).standard_normal(3000)]
+    white[0][::4] *= 2
+    found = rhythm(white, [np.arange(3000) % 2 == 0])
+    assert found.present
+    assert found.every == 4
+    np.testing.assert_allclose(found.deviations, [2, 1, 1, 1], rtol=0.1)
 
 
 def test_deviations_and_where_they_repeat_are_found() -> None:
@@ -46,7 +64,7 @@ def test_deviations_and_where_they_repeat_are_found() -> None:
     assert found.present
     assert found.every == 5
     np.testing.assert_allclose(found.deviations, [1, 1, 1.6, 1, 1], rtol=0.1)
-    assert found.weights(3000).shape == (3000,)
+    assert found.weights(7).tolist() == found.deviations[[0, 1, 2, 3, 4, 0, 1]].tolist()
 
 
 @pytest.mark.slow
@@ -58,15 +76,33 @@ def test_false_rhythms_are_as_rare_as_their_nats_say() -> None:
         assert max(rhythm([e], _all([e])).nats for e in shown) < PRESENT_NATS
 
 
+def _fitted(records: Sequence[Record]) -> JointFit:
+    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
+    return JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))
+
+
+def test_beside_a_rhythm_no_error_of_timing_is_looked_for() -> None:
+    """Of readings whose instants are off, which alone are told."""
+    rng = np.random.default_rng(7)
+    records = measured((), SAMPLES, (1, 2))
+    late = [
+        replace(record, y=record.y + 4 * moves * rng.standard_normal(SAMPLES))
+        for record, moves in zip(records, speeds(_fitted(records)), strict=True)
+    ]
+    looked = Looked.at(_fitted(late))
+    alone = mistimed(looked)
+    assert alone is not None and alone.label == TIMING
+    assert mistimed(looked.beside(Fault(OTHER, 100.0, {EVERY: 3.0}))) is None
+    assert held(looked.beside(Fault(OTHER, 100.0, {EVERY: 3.0}))) is None
+
+
 def test_a_rhythm_of_the_readings_has_no_name_and_weights_them() -> None:
     records = []
     for seed, record in enumerate(measured((), SAMPLES, (1, 2))):
         worse = np.zeros(SAMPLES)
         worse[::3] = 2 * SIGMA * np.random.default_rng(seed).standard_normal(len(worse[::3]))
         records.append(replace(record, y=record.y + worse))
-    response = JointResponse(STRUCTURE, (), records, scale(SAMPLES))
-    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
-    readings = read_faults(fit)
+    readings = read_faults(_fitted(records).descended())
     assert readings.nats.keys() == {OTHER}
     assert readings.parameters == {EVERY: 3.0}
     for weights in readings.weights:
