@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self, TypeVar
 
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
+from bayes_hw.gap.joint.fit.held_port import nats_lost, numbers_saved
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import SlowNoise, SlowWhitener
@@ -155,10 +157,11 @@ class JointFit:
 
     @property
     def free_count(self) -> int:
-        """How many numbers were fitted; noise of a cause has few that are free."""
+        """How many numbers were fitted; noise of a cause has few that are free, and a port that is held."""
         cause = self.response.cause
         noise = self.point.whitener.order if cause is None else cause.parameters
-        return self.response.size + noise + int(self.has_heavy_tails) + 1 + self.taken
+        held = len(self._misread) * numbers_saved(self.response)
+        return self.response.size + noise + int(self.has_heavy_tails) + 1 + self.taken - held
 
     @property
     def log_likelihood(self) -> float:
@@ -169,11 +172,20 @@ class JointFit:
     @property
     def score(self) -> float:
         """Half of Schwarz's criterion in nats, larger is better, less the price of the labels and of the
-        shape that noise of a cause has among those it may have."""
+        shape that noise of a cause has among those it may have, and what ports that are held lose."""
         labels, cause = len(self.response.template) + len(self.added), self.response.cause
         price = 0.5 * self.free_count * float(np.log(self.point.samples)) + LABEL_PRICE_NATS * labels
         price += 0.0 if cause is None else float(np.log(cause.choices))
-        return self.log_likelihood - price if np.isfinite(self.log_likelihood) else -np.inf
+        return self.log_likelihood - price - self._held_nats if np.isfinite(self.log_likelihood) else -np.inf
+
+    @property
+    def _misread(self) -> list[int]:
+        """Numbers of the effects that are what the loop misreads."""
+        return [number for number, effect in enumerate(self.response.template) if effect.form.misread]
+
+    @cached_property
+    def _held_nats(self) -> float:
+        return sum(nats_lost(self.response, self.point, number) for number in self._misread)
 
     def descended(self, steps: int = FULL_STEPS) -> Self:
         """After at most `steps` steps."""

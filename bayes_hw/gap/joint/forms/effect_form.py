@@ -59,7 +59,8 @@ class Form:
     form changes nothing. A form with a `column` acts by that known input of the records: through the load as
     a "law", at the encoder as a "reading". A form that is `further` extends another of its label by
     parameters, and is tried where that one is present: begun at its values, and at those `otherwise` gives.
-    One that `remembers` where the axis turned acts within a sample though it is no torque.
+    One that `remembers` where the axis turned acts within a sample though it is no torque. The port of one
+    that is `misread` is held to the way of what the loop reads (see `fit.held_port`).
     """
 
     label: str
@@ -72,6 +73,7 @@ class Form:
     column: str = ""
     further: bool = False
     remembers: bool = False
+    misread: bool = False
     otherwise: Callable[[Mapping[str, float]], dict[str, float]] | None = None
 
     @property

@@ -123,6 +123,13 @@ def _as_shape(form: Form) -> Form:
     return replace(shape, starts=lambda s: form.starts(replace(s, periods=(), motor_periods=())))
 
 
+def _as_reading(form: Form) -> Form:
+    """A ripple's law where it is a reading: an error of the measured speed that is periodic in position is
+    the rate of such a ripple."""
+    reading = _seen_as(form, "other", f"speed reading over position {form.name}".rstrip(), "reading")
+    return replace(reading, misread=True)
+
+
 def _seen_as(form: Form, label: str, name: str, slot_prefix: str) -> Form:
     """A law that has another name by what it looks at: it is never begun, and extends no other form."""
 
@@ -237,6 +244,9 @@ _RIPPLES: tuple[Form, ...] = (
 AS_SHAPE: dict[Form, Form] = {form: _as_shape(form) for form in _RIPPLES}
 """Ripples, and the same where the motion that they look at does not go through a period often enough."""
 
+AS_READING: dict[Form, Form] = {form: _as_reading(form) for form in _RIPPLES}
+"""Ripples, and the same where they enter as what the loop misreads does."""
+
 _HYSTERESIS = Form(
     "other", "hysteresis of the spring", "law",
     lambda s: (Slot(0, "yield", True, 0.003 * s.twist, 10 * s.twist),),
@@ -312,6 +322,7 @@ FORMS: tuple[Form, ...] = (
     *AT_ONCE.values(),
     *_RIPPLES,
     *AS_SHAPE.values(),
+    *AS_READING.values(),
     _wave("encoder_eccentricity", "", _turning_or_long, period_wavenumber),
     _oval(),
     Form(

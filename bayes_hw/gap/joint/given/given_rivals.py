@@ -20,7 +20,7 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
-from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, PERIODIC, exchanges, laws_of
+from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, PERIODIC, exchanges, laws_of, misread
 from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
 from bayes_hw.gap.joint.search.sight import FRICTION, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import finer
@@ -68,7 +68,8 @@ def instead_of(
             trials = [end, *every_law(rest, forms_of(label))] if bends else [end]
         if trials:
             found[label] = with_base_anew(finer(highest(trials)))
-    for one in _exchanged(fit) if fit.effect_labels[-1:] == (strongest,) and not time_is_up() else ():
+    may_be_other = fit.effect_labels[-1:] == (strongest,) and not time_is_up()
+    for one in [*_exchanged(fit), *misread(fit)] if may_be_other else ():
         label = one.effect_labels[-1]
         found[label] = highest([one, *([found[label]] if label in found else [])])
     if time_is_up():

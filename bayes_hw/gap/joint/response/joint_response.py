@@ -104,6 +104,10 @@ class JointResponse:
         """How many coordinates every effect has."""
         return tuple(self._sizes)
 
+    def first_coordinate(self, number: int) -> int:
+        """Of effect `number`; that of the first is the count of G's own."""
+        return self._n_base + sum(self._sizes[:number])
+
     @property
     def size(self) -> int:
         return self._n_base + sum(self._sizes)

@@ -18,6 +18,7 @@ from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
+from bayes_hw.gap.joint.forms.joint_forms import AS_READING
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
 from bayes_hw.gap.joint.response.effect_paths import port_columns
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
@@ -67,6 +68,15 @@ def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFi
     law promises there (`NoiseScreen`) is what it bends.
     """
     return _for_every_law(fit, lambda number: _over_the_motion(fit, number, known))
+
+
+def misread(fit: AnyFit) -> list[AnyFit]:
+    """The fit with a ripple of its own as an error of the speed that the loop reads, its port held."""
+    return [
+        fit.with_form(number, AS_READING[effect.form], effect.values)
+        for number, effect in enumerate(fit.values.effects)
+        if effect.form in AS_READING
+    ]
 
 
 def _for_every_law(fit: JointFit, begun: Callable[[int], list[JointFit]]) -> list[JointFit]:

@@ -16,7 +16,7 @@ from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.search.bent_spring import as_it_bends
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
-from bayes_hw.gap.joint.search.law_exchange import begun_in_its_place, exchanged
+from bayes_hw.gap.joint.search.law_exchange import begun_in_its_place, exchanged, misread
 from bayes_hw.gap.joint.search.sight import FRICTION, is_hidden_friction, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import STRUCTURAL_NATS, structural, within_sample
 from bayes_hw.phrases import log_evidence
@@ -209,7 +209,7 @@ def _exchanged(
     """Of every label the best of the `paths` and of what those that are `exchanging` reach at once."""
 
     def others(path: FollowedPath) -> list[JointFit]:
-        return exchanged(path.fit) + (
+        return exchanged(path.fit) + misread(path.fit) + (
             begun_in_its_place(path.fit, [path.base, *known]) if path is leading else []
         )
 
