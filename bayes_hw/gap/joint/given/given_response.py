@@ -48,6 +48,12 @@ class GivenResponse(JointResponse):
         return self.given.bounds(self.part, self.further)
 
     @property
+    def held_numbers(self) -> int:
+        """One more than where G is free: a given G does not bend with what only one of command and reading
+        has in the controller."""
+        return 1 + super().held_numbers
+
+    @property
     def _n_natural(self) -> int:
         return self.structure.n_static + self.structure.n_linear
 

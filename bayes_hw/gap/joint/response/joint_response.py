@@ -109,6 +109,11 @@ class JointResponse:
         return self._n_base + sum(self._sizes[:number])
 
     @property
+    def held_numbers(self) -> int:
+        """Of a port that is held to the way of what the loop misreads: G that is free bends with it."""
+        return 1
+
+    @property
     def size(self) -> int:
         return self._n_base + sum(self._sizes)
 
