@@ -9,15 +9,26 @@ own has one for every pole.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import JointValues
-from bayes_hw.identify.growth.descent import Point, triangular_factor
+from bayes_hw.identify.growth.coloured import Whitener
+from bayes_hw.identify.growth.descent import Point, descend, evaluate, prior_precision, triangular_factor
 
-SLOPE_STEP, STRENGTH_ROUNDS = 1e-5, 3
-"""Of a coordinate, for slopes of G's way; rounds in which the strengths and these slopes settle."""
+PHASE = 1
+"""Which of a ripple's parameters its phase is."""
+
+SLOPE_STEP = 1e-5
+"""Of a coordinate, for the slopes of G's way."""
+
+TURNS, HELD_STEPS = np.linspace(0.0, np.pi, 4, endpoint=False), 20
+"""Of a ripple's phase, from which descents begin, and their steps: a way that is wrong is another phase's."""
 
 
 def numbers_saved(response: JointResponse) -> int:
@@ -25,44 +36,111 @@ def numbers_saved(response: JointResponse) -> int:
     return response.structure.real_poles + 2 * response.structure.sections + 2 - response.held_numbers
 
 
-def nats_lost(response: JointResponse, point: Point, number: int) -> float:
-    """Nats by which the explanation at `point`, whose effect `number` has a free port, is likelier than the
-    best one with that port held, all else free: to second order about the point (Wald). Infinite where
-    derivatives are."""
-    at = response.first_coordinate(number) + len(response.template[number].values)
-    count = response.structure.real_poles + 2 * response.structure.sections + 1
-    port = np.arange(at, at + count)
+def held_point(response: JointResponse, point: Point, number: int) -> Point | None:
+    """The best end of descents with the port of effect `number` held and all else free, which begin at
+    `point` and at other phases of the ripple; None where derivatives there are not finite."""
+    held = HeldResponse(response, number)
     try:
-        factor = triangular_factor(response, point)
+        ends = [descend(held, held.begun(point, turn), HELD_STEPS) for turn in TURNS]
     except FloatingPointError:
-        return np.inf
-    variance = point.variance_by(factor)
-    ways, slopes = _ways_and_slopes(response, point.coordinates)
-    own = factor[:-1, port]
-    # The pole of the direct path moves nothing where that path is held at none.
-    rest = np.delete(np.arange(response.size), [*port, at + count])
-    strengths = np.linalg.lstsq(own @ ways, own @ point.coordinates[port], rcond=None)[0]
-    left = np.inf
-    for _ in range(STRENGTH_ROUNDS):
-        moves = factor[:-1, rest] + own @ (slopes @ strengths)[:, rest]
-        columns, wanted = np.column_stack([moves, own @ ways]), own @ point.coordinates[port]
-        found = np.linalg.lstsq(columns, wanted, rcond=None)[0]
-        strengths, left = found[-response.held_numbers:], float(np.sum((columns @ found - wanted) ** 2))
-    return 0.5 * left / variance
+        return None
+    best = max(ends, key=lambda end: end.log_likelihood)
+    return replace(best, coordinates=held.whole(best.coordinates), converged=False)
 
 
-def _ways_and_slopes(response: JointResponse, coordinates: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The ways of c0, c1, ... through a port (weights, numbers), its direct path last, and their slopes
-    (weights, size, numbers) by the coordinates of G."""
-    count = response.held_numbers
-    ways = held_ways(response.values(coordinates), count)
-    slopes = np.zeros((len(ways), response.size, count))
-    for i in range(response.first_coordinate(0)):
-        step = np.zeros(response.size)
-        step[i] = SLOPE_STEP * max(1.0, abs(coordinates[i]))
-        above, below = (held_ways(response.values(coordinates + sign * step), count) for sign in (1, -1))
-        slopes[:, i] = (above - below) / (2 * step[i])
-    return ways, slopes
+def nats_lost(response: JointResponse, point: Point, number: int) -> float:
+    """By which the explanation at `point` is likelier than with the port of effect `number` held."""
+    held = held_point(response, point, number)
+    return np.inf if held is None else max(point.log_likelihood - held.log_likelihood, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldResponse:
+    """A joint response with the port of effect `number` held: coordinates are those of the rest, then the
+    numbers c0, c1, ..."""
+
+    response: JointResponse
+    number: int
+
+    @cached_property
+    def _port(self) -> IntArray:
+        """Coordinates of the port's weights, the direct path's last."""
+        response = self.response
+        at = response.first_coordinate(self.number) + len(response.template[self.number].values)
+        return np.arange(at, at + response.structure.real_poles + 2 * response.structure.sections + 1)
+
+    @cached_property
+    def _rest(self) -> IntArray:
+        """All others but the direct path's pole, which moves nothing."""
+        return np.delete(np.arange(self.response.size), [*self._port, self._port[-1] + 1])
+
+    @property
+    def masks(self) -> Sequence[BoolArray] | None:
+        return self.response.masks
+
+    @property
+    def level_shapes(self) -> Sequence[FloatArray]:
+        return self.response.level_shapes
+
+    def begun(self, point: Point, turn: float) -> Point:
+        """At the rest of `point` with the ripple's phase further by `turn`, and the numbers that least
+        squares asks for there. Raises FloatingPointError where derivatives are not finite."""
+        count, coordinates = self.response.held_numbers, point.coordinates.copy()
+        coordinates[self.response.first_coordinate(self.number) + PHASE] += turn
+        coordinates = np.concatenate([coordinates[self._rest], np.zeros(count)])
+        factor = triangular_factor(self, evaluate(self, coordinates, point.whitener))
+        numbers, target = factor[:-1, -count - 1 : -1], factor[:-1, -1]
+        coordinates[-count:] = np.linalg.lstsq(numbers, target, rcond=None)[0]
+        return evaluate(self, coordinates, point.whitener)
+
+    def whole(self, coordinates: FloatArray) -> FloatArray:
+        """Those of the joint response (size,)."""
+        found = np.zeros(self.response.size)
+        count = self.response.held_numbers
+        found[self._rest] = coordinates[:-count]
+        found[self._port] = self._ways(found) @ coordinates[-count:]
+        return found
+
+    def _ways(self, whole: FloatArray) -> FloatArray:
+        return held_ways(self.response.values(whole), self.response.held_numbers)
+
+    def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
+        """As the joint response has them."""
+        return self.response.residuals(self.whole(coordinates))
+
+    def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
+        """As the joint response has it."""
+        return self.response.noise_of(residuals, most, previous)
+
+    def prior_precision(self) -> FloatArray:
+        """That of the rest; of the port's numbers nothing is known."""
+        own = prior_precision(self.response, np.zeros(self.response.size))[self._rest]
+        return np.concatenate([own, np.zeros(self.response.held_numbers)])
+
+    def admissible(self, coordinates: FloatArray, previous: FloatArray) -> FloatArray:
+        """As the joint response has it; any numbers of the port."""
+        found = self.response.admissible(self.whole(coordinates), self.whole(previous))[self._rest]
+        return np.concatenate([found, coordinates[-self.response.held_numbers :]])
+
+    def linearise(
+        self, coordinates: FloatArray, overlap: int
+    ) -> Iterator[tuple[FloatArray, int, BoolArray | None]]:
+        """As the joint response does, by the coordinates here."""
+        whole = self.whole(coordinates)
+        ways, slopes = self._ways(whole), self._slopes(whole, coordinates[-self.response.held_numbers :])
+        for rows, first, measured in self.response.linearise(whole, overlap):
+            own = rows[self._port]
+            found = rows[self._rest] + slopes[:, self._rest].T @ own
+            yield np.concatenate([found, ways.T @ own, rows[-1:]]), first, measured
+
+    def _slopes(self, whole: FloatArray, strengths: FloatArray) -> FloatArray:
+        """Of the port's weights (weights, size) by the coordinates of G, central differences."""
+        slopes = np.zeros((len(self._port), self.response.size))
+        for i in range(self.response.first_coordinate(0)):
+            step = np.zeros(self.response.size)
+            step[i] = SLOPE_STEP * max(1.0, abs(whole[i]))
+            slopes[:, i] = (self._ways(whole + step) - self._ways(whole - step)) @ strengths / (2 * step[i])
+        return slopes
 
 
 def held_ways(values: JointValues, count: int) -> FloatArray:

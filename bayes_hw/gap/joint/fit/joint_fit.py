@@ -11,7 +11,7 @@ import numpy as np
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.crew import each
-from bayes_hw.gap.joint.fit.held_port import nats_lost, numbers_saved
+from bayes_hw.gap.joint.fit.held_port import nats_lost
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.effect_form import Form, JointScale
 from bayes_hw.gap.joint.noise.slow_noise import SlowNoise, SlowWhitener
@@ -157,11 +157,10 @@ class JointFit:
 
     @property
     def free_count(self) -> int:
-        """How many numbers were fitted; noise of a cause has few that are free, and a port that is held."""
+        """How many numbers were fitted; noise of a cause has few that are free."""
         cause = self.response.cause
         noise = self.point.whitener.order if cause is None else cause.parameters
-        held = len(self._misread) * numbers_saved(self.response)
-        return self.response.size + noise + int(self.has_heavy_tails) + 1 + self.taken - held
+        return self.response.size + noise + int(self.has_heavy_tails) + 1 + self.taken
 
     @property
     def log_likelihood(self) -> float:
@@ -179,13 +178,13 @@ class JointFit:
         return self.log_likelihood - price - self._held_nats if np.isfinite(self.log_likelihood) else -np.inf
 
     @property
-    def _misread(self) -> list[int]:
+    def misread(self) -> list[int]:
         """Numbers of the effects that are what the loop misreads."""
         return [number for number, effect in enumerate(self.response.template) if effect.form.misread]
 
     @cached_property
     def _held_nats(self) -> float:
-        return sum(nats_lost(self.response, self.point, number) for number in self._misread)
+        return sum(nats_lost(self.response, self.point, number) for number in self.misread)
 
     def descended(self, steps: int = FULL_STEPS) -> Self:
         """After at most `steps` steps."""

@@ -11,6 +11,7 @@ import numpy as np
 from scipy import linalg
 
 from bayes_hw.arrays import BoolArray, FloatArray
+from bayes_hw.gap.joint.fit.held_port import numbers_saved
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS, JointFit
 from bayes_hw.gap.joint.given.given_model import STATIC, GivenCascade, GivenModel
 from bayes_hw.gap.joint.response.joint_response import JointResponse
@@ -149,8 +150,11 @@ class GivenFit(JointFit):
 
     @property
     def free_count(self) -> int:
-        """As of any fit, without the roots that a further mode loosens: those are held by their prior."""
-        return super().free_count - self.response.further * len(self.response.given.loose_sd)
+        """As of any fit, without the roots that a further mode loosens: those are held by their prior; and
+        without what a held port saves. Beside a free G that is no merit: a torque that the loop holds back
+        well enters by that way too, and G bends to what is left."""
+        loosened = self.response.further * len(self.response.given.loose_sd)
+        return super().free_count - loosened - len(self.misread) * numbers_saved(self.response)
 
     @property
     def score(self) -> float:

@@ -14,6 +14,7 @@ from typing import cast
 
 import numpy as np
 
+from bayes_hw.gap.joint.fit.held_port import held_point
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
@@ -72,11 +73,13 @@ def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFi
 
 def misread(fit: AnyFit) -> list[AnyFit]:
     """The fit with a ripple of its own as an error of the speed that the loop reads, its port held."""
-    return [
-        fit.with_form(number, AS_READING[effect.form], effect.values)
-        for number, effect in enumerate(fit.values.effects)
-        if effect.form in AS_READING
-    ]
+    found = []
+    for number, effect in enumerate(fit.values.effects):
+        if effect.form in AS_READING:
+            read = fit.with_form(number, AS_READING[effect.form], effect.values)
+            held = held_point(read.response, read.point, number)
+            found += [] if held is None else [replace(read, point=held)]
+    return found
 
 
 def _for_every_law(fit: JointFit, begun: Callable[[int], list[JointFit]]) -> list[JointFit]:

@@ -209,8 +209,10 @@ def _exchanged(
     """Of every label the best of the `paths` and of what those that are `exchanging` reach at once."""
 
     def others(path: FollowedPath) -> list[JointFit]:
-        return exchanged(path.fit) + misread(path.fit) + (
-            begun_in_its_place(path.fit, [path.base, *known]) if path is leading else []
+        return (
+            exchanged(path.fit)
+            + misread(path.fit)
+            + (begun_in_its_place(path.fit, [path.base, *known]) if path is leading else [])
         )
 
     by_exchange = [
