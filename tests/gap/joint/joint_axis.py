@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.identify.cascade import CascadeValues, Structure
 from bayes_hw.identify.cascade_roots import linear_block
+from bayes_hw.identify.growth.descent import Response
 from bayes_hw.model.blocks import DeadZone, Saturation
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.model.linear import Mode
@@ -87,9 +88,13 @@ def some_effect(law: Form) -> Effect:
 def assert_tangents(response: JointResponse, values: JointValues, what: str) -> None:
     """Against central differences, at all but the few measured samples where a limit, a play or a clip
     begins."""
-    x = response.coordinates(values)
+    assert_derivatives(response, response.coordinates(values), what)
+
+
+def assert_derivatives(response: Response, x: FloatArray, what: str) -> None:
+    """The same at coordinates (size,) of any response."""
     ((rows, _, _),) = response.linearise(x, 0)
-    for i in range(response.size):
+    for i in range(len(x)):
         step = 1e-6 * max(abs(x[i]), 1e-2)
         above, below = x.copy(), x.copy()
         above[i] += step

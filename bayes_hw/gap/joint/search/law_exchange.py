@@ -76,7 +76,7 @@ def misread(fit: AnyFit) -> list[AnyFit]:
     found = []
     for number, effect in enumerate(fit.values.effects):
         if effect.form in AS_READING:
-            read = fit.with_form(number, AS_READING[effect.form], effect.values)
+            read = fit.with_form(number, AS_READING[effect.form], effect.values.tolist())
             held = held_point(read.response, read.point, number)
             found += [] if held is None else [replace(read, point=held)]
     return found
