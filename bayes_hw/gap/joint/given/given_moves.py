@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.gap.joint.fit.joint_fit import highest
+from bayes_hw.gap.joint.fit.joint_fit import LABEL_PRICE_NATS, highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.base_starts import with_nominal_modes
@@ -153,8 +153,8 @@ def later(fit: GivenFit) -> list[GivenFit]:
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:
-    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where the
-    damping runs to an end of its range: what has no damping of its own is no mode of the structure."""
+    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where that
+    ends at none."""
     if MODE in fit.labels or time_is_up():
         return []
     rate = fit.response.scale.rate_hz
@@ -170,5 +170,19 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
     promised.sort(key=lambda item: -item[0])
     tried = [larger.descended(SECOND_STEPS) for _, larger in promised[:3]]
     best = highest(tried).descended()
-    damping = float(best.theta[best.response.given.size + int(best.response.part) + 1])
-    return [best] if LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END else []
+    return [best] if is_a_mode(best) else []
+
+
+def is_a_mode(fit: GivenFit) -> bool:
+    """Whether the further mode of a fit is one of the structure, which has damping of its own, and what it
+    explains is not done by the roots that it loosens: with its zeros at its poles more is lost than it
+    costs."""
+    at = fit.response.given.size + int(fit.response.part)
+    damping = float(fit.theta[at + 1])
+    if not LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END:
+        return False
+    coordinates = fit.point.coordinates.copy()
+    coordinates[at + FURTHER // 2 : at + FURTHER] = coordinates[at : at + FURTHER // 2]
+    idle = evaluate(fit.response, coordinates, fit.point.whitener)
+    price = LABEL_PRICE_NATS + 0.5 * FURTHER * float(np.log(fit.point.samples))
+    return fit.point.log_likelihood - idle.log_likelihood > price
