@@ -80,21 +80,19 @@ def decide_given(found: GivenEvidence, calibration: GivenCalibration | None = No
         or set(decided.answer) & set(RANDOM)
     ):
         return decided
-    unnamed = 1 - calibration.excess_doubt
     certain = [label for label in decided.answer if label in evidence.nats]
     if found.left > calibration.most_left * found.before:
         certain = []
     if sum(evidence.nats[label] > evidence.remainder.coloured for label in certain) == MOST_NAMED:
         # Two labels that each explain more than what is left are the answer, inexact as their forms are.
         return decided
-    # As in `decide`: less certain than that something has no name, a label is not what is certain of the two.
-    answer = (*[label for label in certain[:1] if decided.probability[label] >= unnamed], OTHER)
+    answer = (*certain[:1], OTHER)
     probability = {
         label: p if label in answer else min(p, calibration.beside_other)
         for label, p in decided.probability.items()
     }
     probability["none"] = min(probability["none"], calibration.excess_doubt)
-    probability[OTHER] = unnamed
+    probability[OTHER] = 1 - calibration.excess_doubt
     return replace(decided, answer=answer, probability=probability, confusable=())
 
 

@@ -118,16 +118,20 @@ def _by_twist(form: Form, label: str, kind: str) -> Form:
 
 
 def _as_shape(form: Form) -> Form:
-    """A ripple's law where what it looks at shows no period, and so none to be scanned for."""
-    shape = _seen_as(form, "other", f"torque over position, part of a wave {form.name}".rstrip(), "shape")
-    return replace(shape, starts=lambda s: form.starts(replace(s, periods=(), motor_periods=())))
+    """A ripple's law where what it looks at shows no period."""
+    return _not_scanned(form, "torque over position, part of a wave", "shape")
 
 
 def _as_reading(form: Form) -> Form:
     """A ripple's law where it is a reading: an error of the measured speed that is periodic in position is
     the rate of such a ripple."""
-    reading = _seen_as(form, "other", f"speed reading over position {form.name}".rstrip(), "reading")
-    return replace(reading, misread=True)
+    return replace(_not_scanned(form, "speed reading over position", "reading"), misread=True)
+
+
+def _not_scanned(form: Form, name: str, slot_prefix: str) -> Form:
+    """A ripple's law under another name, whose period is not scanned for."""
+    named = _seen_as(form, "other", f"{name} {form.name}".rstrip(), slot_prefix)
+    return replace(named, starts=lambda s: form.starts(replace(s, periods=(), motor_periods=())))
 
 
 def _seen_as(form: Form, label: str, name: str, slot_prefix: str) -> Form:
