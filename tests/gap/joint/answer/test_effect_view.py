@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import form, measured, response_with, scale, some_effect, torque
+from joint_axis import SIGMA, form, measured, response_with, scale, some_effect, torque
 
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.answer.effect_view import VIEWS, effect_view
@@ -120,3 +120,21 @@ def test_views_of_errors_are_of_what_was_measured(label: str) -> None:
     for record in found.records:
         assert np.isfinite(record.y).all()
     assert np.isfinite(view.y).all() and np.isfinite(view.half).all()
+
+
+def test_readings_in_a_turn_are_shown_by_their_number() -> None:
+    """Every third is four times as bad: two points lie on the line, one at four times its level."""
+    found = seen(())
+    rng = np.random.default_rng(4)
+    worse = [
+        replace(r, y=r.y + np.where(np.arange(len(r)) % 3 == 1, 4 * SIGMA, 0.0) * rng.standard_normal(len(r)))
+        for r in found.records
+    ]
+    response = replace(found.fit.response, records=worse)
+    fit = JointFit(response, evaluate(response, found.fit.point.coordinates))
+    view = effect_view(Seen(fit, replace(NOTHING, parameters={"other.every": 3.0})), "other")
+    assert whole(view) and len(view.over) <= LABEL_LENGTH
+    np.testing.assert_array_equal(view.x, [0, 1, 2])
+    np.testing.assert_allclose(view.y, SIGMA * np.array([1, np.hypot(1, 4), 1]), rtol=0.1)
+    assert view.line_y == pytest.approx(view.y[[0, 2]].min())
+    assert effect_view(Seen(fit, NOTHING), "other").quantity == "error"
