@@ -121,8 +121,9 @@ def by_turns(seen: Seen, label: str) -> EffectView:
     every = int(seen.readings.parameters.get(f"{label}.every", 0))
     if not every:
         return error_over_time(seen, label)
-    errors = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.fit.errors)])
-    turn = np.concatenate([np.flatnonzero(record.measured_samples) % every for record in seen.records])
+    read = [record.measured_samples for record in seen.records]
+    errors = np.concatenate([e[m] for e, m in zip(seen.fit.errors, read, strict=True)])
+    turn = np.concatenate([np.flatnonzero(m) % every for m in read])
     counts = np.bincount(turn, minlength=every)
     size = np.sqrt(np.bincount(turn, errors**2, every) / np.maximum(counts, 1))
     numbers, unit = np.arange(float(every)), seen.records[0].units.output

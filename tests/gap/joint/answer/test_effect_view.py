@@ -138,3 +138,6 @@ def test_readings_in_a_turn_are_shown_by_their_number() -> None:
     np.testing.assert_allclose(view.y, SIGMA * np.array([1, np.hypot(1, 4), 1]), rtol=0.1)
     assert view.line_y == pytest.approx(view.y[[0, 2]].min())
     assert effect_view(Seen(fit, NOTHING), "other").quantity == "error"
+    holes = with_unmeasured(Seen(fit, NOTHING), 2)
+    half = effect_view(replace(holes, readings=replace(NOTHING, parameters={"other.every": 3.0})), "other")
+    np.testing.assert_allclose(half.y, view.y, rtol=0.1)
