@@ -32,9 +32,15 @@ def tails_of(fit: JointFit) -> tuple[float, float]:
     return nats[best] - 0.5 * float(np.log(len(squares))), DEGREES_OF_FREEDOM[best]
 
 
-def with_heavy_tails(fit: JointFit, asked: float) -> JointFit:
+BY_ROUNDING = 2.0
+"""Of the root mean square that rounding to a step makes: what is left, up to which it may be that alone."""
+
+
+def with_heavy_tails(fit: JointFit, asked: float, step: float | None = None) -> JointFit:
     """Under innovations of Student t, descended and its G grown on, where that explains `asked` nats more;
-    itself else."""
+    itself else, and where rounding to `step` may make all that is left: it rests, and then steps."""
+    if step is not None and fit.point.rms < BY_ROUNDING * step / np.sqrt(12):
+        return fit
     nats, degrees = tails_of(fit)
     if nats < asked:
         return fit

@@ -14,6 +14,9 @@ from bayes_hw.gap.joint.residuals.reading_parts import GLITCHES, PARTS, ROUNDING
 STEPS_OF_A_PERIOD = 3.0
 """Of rounding: a shorter period in position is that of the rounding itself."""
 
+READ_AGAIN = 3
+"""Times that readings are looked at again at most: under other weights an explanation is another one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Readings:
@@ -26,6 +29,11 @@ class Readings:
     parameters: dict[str, float]
     rounded_first: bool = False
     taken_off: bool = False
+
+    @property
+    def shown(self) -> set[str]:
+        """Labels and parameters of the faults: one label may be that of several."""
+        return {*self.nats, *self.parameters}
 
     def seen_in(self, scale: JointScale) -> JointScale:
         """With the shortest period in position that is not of the rounding itself."""
@@ -74,10 +82,13 @@ def read_again(
     base: AnyFit, fit: AnyFit, readings: Readings, reweighted: Callable[[AnyFit, Readings], AnyFit]
 ) -> tuple[AnyFit, AnyFit, Readings]:
     """Faults that only an explanation on the way seemed to show are taken back, both fits under the weights
-    that are then left; what was `taken_off` the readings is no longer there to be seen."""
-    if not readings.nats or readings.taken_off:
-        return base, fit, readings
-    again = read_faults(fit)
-    if readings.nats.keys() <= again.nats.keys():
-        return base, fit, readings
-    return reweighted(base, again), reweighted(fit, again), again
+    that are then left, until those under whose weights they are show; what was `taken_off` the readings is no
+    longer there to be seen."""
+    for _ in range(READ_AGAIN):
+        if not readings.nats or readings.taken_off:
+            break
+        again = read_faults(fit)
+        if readings.shown <= again.shown:
+            break
+        base, fit, readings = reweighted(base, again), reweighted(fit, again), again
+    return base, fit, readings

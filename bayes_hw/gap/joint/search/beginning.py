@@ -101,8 +101,8 @@ def leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
 
 
 def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
-    """The best cascade without effects under the weights that the readings' faults ask for; where they show
-    none, its innovations may have heavy tails."""
+    """The best cascade without effects under the weights that the readings' faults ask for; its innovations
+    may have heavy tails."""
     base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
     scale = readings.seen_in(base.response.scale)
@@ -115,7 +115,7 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         again = glitches_read_again(base, readings)
         if again is not readings:
             base, readings = weighted(base, again.weights), again
-    base = with_heavy_tails(base, VERIFIED_NATS)
+    base = with_heavy_tails(base, VERIFIED_NATS, readings.step)
     say(f"without effects: {described(base)}")
     return base, readings
 

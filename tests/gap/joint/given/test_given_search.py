@@ -37,7 +37,8 @@ from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.given.given_verification import verified
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
-from bayes_hw.gap.joint.residuals.readings import read_again, read_faults
+from bayes_hw.gap.joint.residuals import readings
+from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_faults
 from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search import laws_of_states
@@ -220,6 +221,10 @@ def test_errors_of_timing_are_seen_again_under_the_weights_they_ask_for() -> Non
     again = read_faults(under)
     assert again.nats["timing_jitter"] > 0.5 * faults.nats["timing_jitter"]
     assert read_again(base, under, faults, reweighted)[2] is faults
+    other_kind = replace(faults, nats={"timing_jitter": 406.0}, parameters={"timing_jitter.share_held": 0.15})
+    mended = read_again(base, under, other_kind, reweighted)[2]
+    assert mended.parameters.keys() == faults.parameters.keys()
+    assert mended.nats["timing_jitter"] < 406.0
 
 
 @pytest.mark.parametrize("taken_off", [False, True])
@@ -229,6 +234,25 @@ def test_a_fault_that_the_last_explanation_does_not_show_is_taken_back(taken_off
     sound = read_faults(base)
     seen = replace(sound, nats={"encoder_quantization": 94.0}, rounded_first=True, taken_off=taken_off)
     assert read_again(base, base, seen, lambda fit, _: fit)[2].nats == (seen.nats if taken_off else {})
+
+
+def test_readings_are_looked_at_until_the_weights_show_what_asked_for_them(
+    monkeypatch: pytest.MonkeyPatch, of_one: GivenFit
+) -> None:
+    """A fault of the first look leads to one of the second, and that to none."""
+    sound = read_faults(of_one)
+    second = replace(sound, nats={"timing_jitter": 65.0}, parameters={"timing_jitter.sd": 0.003})
+    looks = [second, sound]
+    monkeypatch.setattr(readings, "read_faults", lambda _: looks.pop(0))
+    held = replace(sound, nats={"timing_jitter": 406.0}, parameters={"timing_jitter.share_held": 0.15})
+    asked: list[dict[str, float]] = []
+
+    def under(fit: GivenFit, faults: Readings) -> GivenFit:
+        asked.append(faults.nats)
+        return fit
+
+    assert read_again(of_one, of_one, held, under)[2] is sound
+    assert asked == [second.nats, second.nats, {}, {}]
 
 
 def test_steps_within_the_sample_go_with_the_law(rubbed: GivenFit) -> None:

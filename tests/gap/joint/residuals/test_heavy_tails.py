@@ -44,3 +44,17 @@ def test_noise_of_student_t_is_taken_for_what_it_is() -> None:
     assert "heavy tails" in heavy.said_of_g()[-1]
     again = heavy.moved(heavy.structure, heavy.values)
     assert again.has_heavy_tails
+
+
+def test_what_rounding_makes_is_no_heavy_tail() -> None:
+    """Readings of large steps rest, and then step; where more is left than that, tails are tails."""
+    step = 40 * SIGMA
+    clean, values = response_with((), SAMPLES)
+    rounded = []
+    for seed in (1, 2):
+        angle = clean.simulate(values, command(SAMPLES, seed)).y
+        rounded.append(step * np.round(angle / step) - angle)
+    fit = _fit(rounded)
+    assert tails_of(fit)[0] > ASKED
+    assert with_heavy_tails(fit, ASKED, step) is fit
+    assert with_heavy_tails(fit, ASKED, 0.2 * step).has_heavy_tails
