@@ -27,6 +27,9 @@ PHASE = 1
 SLOPE_STEP = 1e-5
 """Of a coordinate, for the slopes of G's way."""
 
+HELD_SHARE = 1e-9
+"""Of the largest weight of a port, that rounding may leave beside the way."""
+
 TURNS, HELD_STEPS = np.linspace(0.0, np.pi, 4, endpoint=False), 20
 """Of a ripple's phase, from which descents begin, and their steps: a way that is wrong is another phase's."""
 
@@ -49,7 +52,10 @@ def held_point(response: JointResponse, point: Point, number: int) -> Point | No
 
 
 def nats_lost(response: JointResponse, point: Point, number: int) -> float:
-    """By which the explanation at `point` is likelier than with the port of effect `number` held."""
+    """By which the explanation at `point` is likelier than with the port of effect `number` held; none where
+    it is."""
+    if HeldResponse(response, number).is_held(point):
+        return 0.0
     held = held_point(response, point, number)
     return np.inf if held is None else max(point.log_likelihood - held.log_likelihood, 0.0)
 
@@ -81,6 +87,12 @@ class HeldResponse:
     @property
     def level_shapes(self) -> Sequence[FloatArray]:
         return self.response.level_shapes
+
+    def is_held(self, point: Point) -> bool:
+        """Whether the port at a point already goes the way that it is held to."""
+        ways, own = self._ways(point.coordinates), point.coordinates[self._port]
+        left = own - ways @ np.linalg.lstsq(ways, own, rcond=None)[0]
+        return bool(np.abs(left).max() <= HELD_SHARE * np.abs(own).max())
 
     def begun(self, point: Point, turn: float) -> Point:
         """At the rest of `point` with the ripple's phase further by `turn`, and the numbers that least

@@ -164,7 +164,7 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
     promised = []
     for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
         larger = fit.with_mode(float(hz), FURTHER_DAMPING)
-        at = larger.response.given.size + int(larger.response.part)
+        at = larger.response.first_of_mode
         rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
         promised.append((max(screen.gain(rows) for screen in screens), larger))
     promised.sort(key=lambda item: -item[0])
@@ -177,7 +177,7 @@ def is_a_mode(fit: GivenFit) -> bool:
     """Whether the further mode of a fit is one of the structure, which has damping of its own, and what it
     explains is not done by the roots that it loosens: with its zeros at its poles more is lost than it
     costs."""
-    at = fit.response.given.size + int(fit.response.part)
+    at = fit.response.first_of_mode
     damping = float(fit.theta[at + 1])
     if not LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END:
         return False

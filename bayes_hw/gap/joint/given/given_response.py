@@ -55,6 +55,11 @@ class GivenResponse(JointResponse):
         return 1 + super().held_numbers
 
     @property
+    def first_of_mode(self) -> int:
+        """Coordinate of the further mode's first number, behind those of the base."""
+        return self.given.size + int(self.part)
+
+    @property
     def _n_natural(self) -> int:
         return self.structure.n_static + self.structure.n_linear
 

@@ -109,6 +109,9 @@ def test_the_torque_of_another_way_is_no_reading() -> None:
     (read,) = misread(fit)
     assert read.labels == ("other",)
     assert read.score < fit.score - 10
+    of_port = HeldResponse(read.response, 0)
+    assert of_port.is_held(read.point) and not of_port.is_held(fit.point)
+    assert nats_lost(read.response, read.point, 0) == 0.0
     ways = held_ways(read.values, 1)
     own = read.point.coordinates[-4:-1]
     np.testing.assert_allclose(own, ways[:, 0] * (own @ ways[:, 0] / np.sum(ways**2)), atol=1e-12)
