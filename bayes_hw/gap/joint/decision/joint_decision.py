@@ -53,8 +53,14 @@ class JointEvidence:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """For a file."""
-        return asdict(self)
+        """For a file; infinite nats, over what cannot be simulated at all, are the largest number."""
+        return {
+            **asdict(self),
+            "nats": _bounded(self.nats),
+            "rivals": _bounded(self.rivals),
+            "own": float(np.clip(self.own, -LARGEST, LARGEST)),
+            "stand_ins": {label: _bounded(leads) for label, leads in self.stand_ins.items()},
+        }
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> JointEvidence:
@@ -71,6 +77,13 @@ class JointEvidence:
             content.get("stand_ins", {}),
             bool(content.get("follows_no_better", False)),
         )
+
+
+LARGEST = float(np.finfo(float).max)
+
+
+def _bounded(nats: Mapping[str, float]) -> dict[str, float]:
+    return {label: float(np.clip(each, -LARGEST, LARGEST)) for label, each in nats.items()}
 
 
 LEAST_SHARE = 0.05

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
+from bayes_hw.files import read_json, write_json
 from bayes_hw.gap.effects.labels import LABEL_BLOCKS
 from bayes_hw.gap.joint.decision.given_decision import GivenCalibration
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
@@ -282,3 +284,21 @@ def test_only_what_is_more_certain_than_other_stands_beside_it() -> None:
     assert whole.probability["friction"] >= whole.probability["other"]
     assert cut.answer == ("other",)
     assert cut.probability["friction"] < 0.5 < cut.probability["other"]
+
+
+def test_what_cannot_be_simulated_without_a_label_goes_through_a_file(tmp_path: Path) -> None:
+    found = JointEvidence(
+        {"friction": np.inf},
+        {},
+        {"friction": np.inf, "backlash": -np.inf},
+        np.inf,
+        ("friction",),
+        Remainder(0, 0),
+        stand_ins={"friction": {"backlash": np.inf}},
+    )
+    write_json(tmp_path / "evidence.json", found.to_dict())
+    read = JointEvidence.from_dict(read_json(tmp_path / "evidence.json"))
+    assert decide(read) == decide(found)
+    assert decide(read).answer == ("friction",)
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(tmp_path / "evidence.json", replace(found, own=np.nan).to_dict())
