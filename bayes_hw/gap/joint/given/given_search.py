@@ -15,7 +15,12 @@ from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts, with_base_anew
-from bayes_hw.gap.joint.given.clear_of_zone import away_from_zero, on_records, slow_clear_of_zone
+from bayes_hw.gap.joint.given.clear_of_zone import (
+    away_from_zero,
+    on_records,
+    slow_clear_of_zone,
+    where_slow_beside,
+)
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
@@ -288,7 +293,8 @@ def _followed(
 ) -> _Trail:
     """One label after the other while the score improves. Noise has a cause beside them, unless causes that
     the base may have `instead` of any effect are given: then only where one explains more than the first
-    label clear of the dead zone. All begins again there where that is so, or where noise of a cause is best.
+    label clear of the dead zone, or there beside it more than noise without a name. All begins again there
+    where the first is so, or where noise of a cause is best; where the second is so, it goes on there.
     """
     whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
     carried: list[GivenFit] = []
@@ -296,6 +302,12 @@ def _followed(
     steps = 0
     while steps < MOST_STEPS and not time_is_up():
         steps += 1
+        if fit is not base and not causes and (there := where_slow_beside(fit)):
+            say("noise of a cause explains what is left")
+            base, fit = (on_records(one, there) for one in (base, fit))
+            alone = {label: on_records(one, there) for label, one in alone.items()}
+            rivals = {label: one.score - base.score for label, one in alone.items()}
+            causes = True
         slow = slow_causes(fit) if causes else []
         start = highest([fit, *slow])
         others = second_to(start, base, alone) if len(set(fit.labels)) == 1 else []
