@@ -304,7 +304,7 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "cubic_stiffness", "", "law",
-        lambda _: (Slot(1, "softening", False, 0.0, 3.0),),
+        lambda _: (Slot(1, "softening", False, 0.0, 100.0),),
         lambda _: [(0.0,), (0.3,), (1.5,)],
         K.CUBIC, K.BASE_TWIST,
     ),

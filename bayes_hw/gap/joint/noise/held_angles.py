@@ -18,6 +18,9 @@ EITHER_WAY = 1.5
 """Times what offsets along the motion gain, that those against it must: a fit lags by the mean of what is
 held, beside which other samples are ahead."""
 
+STRETCH, CHANCE = 25, 0.5
+"""Samples that share a lag, and the nats that a number gains by chance."""
+
 LONGEST_HELD, MEDIAN_ROUNDS = 3, 3
 """Samples for which an angle is held at most; rounds in which what is slow is told beside what is held."""
 
@@ -41,10 +44,15 @@ def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], n
     residual departs from that of their neighbours by the step of `angles` to them, against the motion.
 
     A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood; nats are over one
-    without held ones, less EITHER_WAY times what steps along the motion gain, as those of odd instants do.
+    without held ones, of the residuals or of what a lag that differs from STRETCH to stretch leaves of them,
+    as a model that lags does; less EITHER_WAY times what steps along the motion gain, as those of odd
+    instants do.
     """
     behind = np.concatenate([_steps_back(angle) for angle in angles], axis=1)
     without, _ = _beside_slow(residuals, behind[:0], noise)
+    unlagged, lags = _without_lags(residuals, angles)
+    lagging = _beside_slow(unlagged, behind[:0], noise)[0] - CHANCE * lags
+    without = max(without, lagging)
     against, held = _beside_slow(residuals, behind, noise)
     nats = against - without
     if nats > LEAST_NATS:
@@ -69,6 +77,22 @@ def _beside_slow(
         total, parts = _mixture([plain, far, *np.exp(-0.5 * (d - offsets / usual) ** 2)])
         expected = np.sum(parts[2:] * offsets, axis=0)
     return total - len(e) * float(np.log(usual)), np.sum(parts[2:], axis=0)
+
+
+def _without_lags(
+    residuals: Sequence[FloatArray], angles: Sequence[FloatArray]
+) -> tuple[list[FloatArray], int]:
+    """Residuals (samples,) less the multiple of the angle's steps that leaves the least of every STRETCH, and
+    how many multiples those are."""
+    found, count = [], 0
+    for e, angle in zip(residuals, angles, strict=True):
+        step = np.diff(angle, prepend=angle[:1])
+        starts = np.arange(0, len(e), STRETCH)
+        squares = np.add.reduceat(step**2, starts)
+        lag = np.add.reduceat(step * e, starts) / np.where(squares > 0, squares, 1.0)
+        found.append(e - np.repeat(lag, np.diff(starts, append=len(e))) * step)
+        count += len(starts)
+    return found, count
 
 
 def _ends(residuals: Sequence[FloatArray]) -> IntArray:

@@ -47,3 +47,19 @@ def test_nothing_else_is_an_angle_held(kind: str) -> None:
     elif kind == "coloured":
         e = lfilter([1.0], [1.0, -0.95], 3 * e)
     assert not held_angles([e], [angle], 0.0).present
+
+
+@pytest.mark.parametrize("samples", [0.5, 1.1, 1.5])
+@pytest.mark.parametrize("period", [7, 14])
+def test_a_model_that_lags_holds_no_angle(period: int, samples: float) -> None:
+    """All the time or now and then, of an axis that swings so quickly that a lag is nothing slow."""
+    rng = np.random.default_rng(11)
+    time = np.arange(4000)
+    angle = 80 * np.sin(2 * np.pi * time / period) * np.sin(2 * np.pi * time / 1700)
+    late = np.interp(time - samples, time, angle) - angle
+    for when in (np.ones(4000), np.sin(time / 200) > 0):
+        assert not held_angles([rng.standard_normal(4000) + when * late], [angle], 0.0).present
+    kept = rng.random(4000) < 0.1
+    shown = angle[np.maximum.accumulate(np.where(kept, 0, time))] + rng.standard_normal(4000)
+    assert held_angles([shown - angle], [angle], 0.0).share == pytest.approx(0.1, rel=0.3)
+    assert held_angles([shown - angle], [angle], 0.0).present
