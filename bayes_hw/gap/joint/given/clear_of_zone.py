@@ -11,7 +11,7 @@ from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.gap.joint.search.hidden_zone import out_of_reach
-from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
+from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
 
@@ -42,11 +42,12 @@ def slow_clear_of_zone(fit: GivenFit, base: GivenFit, slow: Sequence[GivenFit]) 
 
 def where_slow_beside(fit: GivenFit) -> Sequence[Record] | None:
     """The records clear of the dead zone, or all of them where it hides nothing, if a cause of the noise
-    explains more of them beside the labels of `fit` than noise without a name, as a label must; else None."""
+    explains as much more of them beside the labels of `fit` than noise without a name as such a cause must
+    beside a label; else None."""
     slow = slow_causes(fit)
     if not slow:
         return None
     records = out_of_reach(highest(slow), fit.response.records) or fit.response.records
     there = on_records(fit, records)
-    enough = highest([there, *slow_causes(there)]).score > there.score + VERIFIED_NATS
+    enough = highest([there, *slow_causes(there)]).score > there.score + VERIFIED_BESIDE_NATS
     return records if enough else None
