@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from joint_axis import GIVEN_SAMPLES, SIGMA, form, measured, model, torque
 from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import clear_of_zone, settled
-from bayes_hw.gap.joint.given.clear_of_zone import slow_clear_of_zone
+from bayes_hw.gap.joint.given.clear_of_zone import on_records, slow_clear_of_zone, where_slow_beside
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
+from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS
 from bayes_hw.time_budget import at_most
 
 FEW = 400
@@ -95,3 +97,23 @@ def test_a_slow_cause_is_held_against_an_effect_clear_of_the_zone(monkeypatch: p
     assert clear.response.records is not base.response.records
     monkeypatch.setattr(clear_of_zone, "slow_causes", lambda _: [])
     assert slow_clear_of_zone(base, base, slow) is None
+
+
+@pytest.mark.parametrize("more", [-5.0, 5.0])
+def test_a_cause_stands_beside_labels_where_it_explains_what_one_must(
+    rubbed: GivenFit, monkeypatch: pytest.MonkeyPatch, more: float
+) -> None:
+    """Of what lies clear of the zone, however much it explains of all samples."""
+    records = tuple(replace(r, measured=np.abs(r.y) > 0.02) for r in rubbed.response.records)
+    clear = on_records(rubbed, records)
+
+    def caused(fit: GivenFit) -> list[SimpleNamespace]:
+        lead = VERIFIED_BESIDE_NATS + more if fit.response.records is records else 1e4
+        return [SimpleNamespace(score=fit.score + lead)]
+
+    monkeypatch.setattr(clear_of_zone, "slow_causes", caused)
+    monkeypatch.setattr(clear_of_zone, "out_of_reach", lambda *_: records)
+    assert clear.noise_order > 1
+    assert (where_slow_beside(rubbed) is records) is (more > 0)
+    monkeypatch.setattr(clear_of_zone, "slow_causes", lambda _: [])
+    assert where_slow_beside(rubbed) is None
