@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,13 +17,10 @@ from bayes_hw.gap.joint.search.effect_moves import (
     FIRST_STEPS,
     SECOND_STEPS,
     effect_candidates,
-    free_forms,
     other_forms,
 )
-from bayes_hw.gap.joint.search.effect_screen import best_starts, screened
 from bayes_hw.gap.joint.search.structural import explained_slowly
-from bayes_hw.identify.growth.descent import evaluate, triangular_factor
-from bayes_hw.identify.growth.levels import WHITE
+from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import time_is_up
 
 FURTHER_HZ = 18
@@ -34,11 +30,8 @@ FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
 LONGEST_DELAY_S, MOST_DELAY, DELAYS_TRIED, DELAYS_KEPT = 0.6, 25, 8, 2
 """Of a further delay: seconds and samples at most, starts, and how many go on."""
 
-FEW_STARTS, KINDS_FINISHED = 3, 4
-"""Starts of another law of a signal; labels that go on to their end."""
-
-WHITE_STARTS = 2
-"""Of a label, begun under white noise."""
+FEW_STARTS = 3
+"""Starts of another law of a signal."""
 
 
 def with_signals(fits: Sequence[GivenFit]) -> list[GivenFit]:
@@ -96,36 +89,6 @@ def other_laws(fit: GivenFit) -> list[GivenFit]:
             tried = [start.descended(SECOND_STEPS) for start in starts]
             found += [highest(tried).descended()] if tried else []
     return found
-
-
-def begun_under_white_noise(fit: GivenFit) -> list[GivenFit]:
-    """Where the noise is of higher order, which may have taken up what is slow: the best explanations by one
-    more label that acts on command or reading, begun under white noise."""
-    if fit.noise_order <= 1 or time_is_up():
-        return []
-    starts = screened(fit, free_forms(fit, [form for form in GIVEN_FORMS if not form.is_law]))
-    kinds: dict[str, list[GivenFit]] = {}
-    for label in dict.fromkeys(one.form.label for one in starts):
-        for one in best_starts([s for s in starts if s.form.label == label], WHITE_STARTS):
-            begun = fit.with_effect(one.form, one.values)
-            tried = [t.descended_under(0, SECOND_STEPS) for t in (begun, _at_full_strength(begun))]
-            kinds.setdefault(label, []).extend(tried)
-    best = sorted((highest(kind) for kind in kinds.values()), key=lambda t: -t.score)[:KINDS_FINISHED]
-    return [explained_slowly(t.descended()) for t in best]
-
-
-def _at_full_strength(fit: GivenFit) -> GivenFit:
-    """The last effect as least squares with the base free ask for it, but the base where it is: at the kinks
-    of its limits no step of both together may gain, however small. Where derivatives overflow, as it is."""
-    response, before = fit.response, fit.point.coordinates
-    try:
-        factor = triangular_factor(response, replace(fit.point, whitener=WHITE))
-    except FloatingPointError:
-        return fit
-    step = np.linalg.lstsq(factor[:, :-1], factor[:, -1], rcond=None)[0]
-    moved, own = before.copy(), response.effect_sizes[-1]
-    moved[-own:] += step[-own:]
-    return replace(fit, point=evaluate(response, response.admissible(moved, before)))
 
 
 def pruned(fit: GivenFit) -> GivenFit:

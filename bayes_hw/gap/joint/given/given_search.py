@@ -24,7 +24,6 @@ from bayes_hw.gap.joint.given.clear_of_zone import (
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
-    begun_under_white_noise,
     both_over_position,
     further_modes,
     later,
@@ -266,7 +265,7 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     moves: tuple[Callable[[], list[GivenFit]], ...] = (
         lambda: effect_candidates(begun, UNNAMED_OVER_POSITION),
         lambda: with_further_forms(found) + with_signals(found),
-        lambda: further_modes(begun) + later(begun) + begun_under_white_noise(begun),
+        lambda: further_modes(begun) + later(begun),
         lambda: periodic_by_promise(begun) if begun.labels and something_is_left(begun, found) else [],
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],

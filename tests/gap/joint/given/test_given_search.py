@@ -26,10 +26,10 @@ from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import highest
+from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given import given_moves, given_search
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
 from bayes_hw.gap.joint.given.given_moves import (
-    begun_under_white_noise,
     further_modes,
     with_further_forms,
 )
@@ -42,9 +42,9 @@ from bayes_hw.gap.joint.residuals.readings import Readings, read_again, read_fau
 from bayes_hw.gap.joint.residuals.remainder import leaves_a_cause
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search import laws_of_states
+from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.structural import explained_slowly
-from bayes_hw.identify.growth import descent
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.linear import LinearBlock
 
@@ -339,27 +339,10 @@ def test_a_slow_effect_is_begun_under_white_noise() -> None:
     offset = Effect(form("command_bias"), np.array([0.01]))
     base = best_base(measured((offset,), GIVEN_SAMPLES, (1, 2)), model())
     assert base.noise_order > 1
-    found = highest(begun_under_white_noise(base))
+    found = highest(effect_candidates(base, FORMS))
     assert found.labels == ("command_bias",)
     assert found.noise_order <= 1
     assert found.values.effects[0].values[0] == pytest.approx(0.01, rel=0.1)
-    assert begun_under_white_noise(found) == []
-
-
-def test_a_label_is_begun_at_the_strength_of_least_squares_beside_a_base_that_stays() -> None:
-    base = best_base(measured((Effect(form("command_bias"), np.array([0.01])),), FEW, (1, 2)), model())
-    begun = given_moves._at_full_strength(base.with_effect(form("command_bias"), (0.0,)))
-    assert begun.values.effects[0].values[0] == pytest.approx(0.01, rel=0.4)
-    np.testing.assert_array_equal(begun.theta, base.theta)
-
-
-def test_where_derivatives_overflow_a_label_begins_as_it_is(
-    of_few: GivenFit, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A torque whose motion does not settle has derivatives beyond all bounds."""
-    begun = of_few.with_effect(form("command_bias"), (0.0,))
-    monkeypatch.setattr(descent, "LARGEST_DERIVATIVE", 1e-30)
-    assert given_moves._at_full_strength(begun) is begun
 
 
 def test_a_second_harmonic_is_tried_where_the_first_is(of_few: GivenFit) -> None:
