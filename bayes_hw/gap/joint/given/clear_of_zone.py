@@ -40,14 +40,14 @@ def slow_clear_of_zone(fit: GivenFit, base: GivenFit, slow: Sequence[GivenFit]) 
     return clear if lead > 0 else None
 
 
-def where_slow_beside(fit: GivenFit) -> Sequence[Record] | None:
-    """The records clear of the dead zone, or all of them where it hides nothing, if a cause of the noise
-    explains as much more of them beside the labels of `fit` than noise without a name as such a cause must
-    beside a label; else None."""
+def slow_beside(fit: GivenFit) -> tuple[GivenFit, list[GivenFit]]:
+    """The fit on the records clear of the dead zone, or on all of them where it hides nothing, and the causes
+    of the noise beside its labels there; the fit as it is and none unless one of them explains as much more
+    than noise without a name as such a cause must beside a label."""
     slow = slow_causes(fit)
     if not slow:
-        return None
-    records = out_of_reach(highest(slow), fit.response.records) or fit.response.records
-    there = on_records(fit, records)
-    enough = highest([there, *slow_causes(there)]).score > there.score + VERIFIED_BESIDE_NATS
-    return records if enough else None
+        return fit, []
+    there = on_records(fit, out_of_reach(highest(slow), fit.response.records) or fit.response.records)
+    slow = slow_causes(there)
+    enough = highest([there, *slow]).score > there.score + VERIFIED_BESIDE_NATS
+    return (there, slow) if enough else (fit, [])

@@ -18,8 +18,8 @@ from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts,
 from bayes_hw.gap.joint.given.clear_of_zone import (
     away_from_zero,
     on_records,
+    slow_beside,
     slow_clear_of_zone,
-    where_slow_beside,
 )
 from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
@@ -301,13 +301,17 @@ def _followed(
     steps = 0
     while steps < MOST_STEPS and not time_is_up():
         steps += 1
-        if fit is not base and not causes and (there := where_slow_beside(fit)):
-            say("noise of a cause explains what is left")
-            base, fit = (on_records(one, there) for one in (base, fit))
-            alone = {label: on_records(one, there) for label, one in alone.items()}
-            rivals = {label: one.score - base.score for label, one in alone.items()}
-            causes = True
-        slow = slow_causes(fit) if causes else []
+        if causes or fit is base:
+            slow = slow_causes(fit) if causes else []
+        else:
+            fit, slow = slow_beside(fit)
+            if slow:
+                say("noise of a cause explains what is left")
+                there = fit.response.records
+                base = on_records(base, there)
+                alone = {label: on_records(one, there) for label, one in alone.items()}
+                rivals = {label: one.score - base.score for label, one in alone.items()}
+                causes = True
         start = highest([fit, *slow])
         others = second_to(start, base, alone) if len(set(fit.labels)) == 1 else []
         trials = [*_trials(start, others), *slow, *carried]

@@ -50,10 +50,10 @@ def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], n
     """
     behind = np.concatenate([_steps_back(angle) for angle in angles], axis=1)
     without, _ = _beside_slow(residuals, behind[:0], noise)
-    unlagged, lags = _without_lags(residuals, angles)
-    lagging = _beside_slow(unlagged, behind[:0], noise)[0] - CHANCE * lags
-    without = max(without, lagging)
     against, held = _beside_slow(residuals, behind, noise)
+    if against - without > LEAST_NATS:
+        unlagged, lags = _without_lags(residuals, angles)
+        without = max(without, _beside_slow(unlagged, behind[:0], noise)[0] - CHANCE * lags)
     nats = against - without
     if nats > LEAST_NATS:
         along, _ = _beside_slow(residuals, -behind, noise)

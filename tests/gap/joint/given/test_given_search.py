@@ -29,10 +29,7 @@ from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given import given_moves, given_search
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
-from bayes_hw.gap.joint.given.given_moves import (
-    further_modes,
-    with_further_forms,
-)
+from bayes_hw.gap.joint.given.given_moves import further_modes, with_further_forms
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
 from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
 from bayes_hw.gap.joint.given.given_verification import verified

@@ -12,7 +12,7 @@ from joint_axis import GIVEN_SAMPLES, SIGMA, form, measured, model, torque
 from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import clear_of_zone, settled
-from bayes_hw.gap.joint.given.clear_of_zone import on_records, slow_clear_of_zone, where_slow_beside
+from bayes_hw.gap.joint.given.clear_of_zone import on_records, slow_beside, slow_clear_of_zone
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_search import best_base, search_given
 from bayes_hw.gap.joint.response.joint_values import Effect
@@ -114,6 +114,10 @@ def test_a_cause_stands_beside_labels_where_it_explains_what_one_must(
     monkeypatch.setattr(clear_of_zone, "slow_causes", caused)
     monkeypatch.setattr(clear_of_zone, "out_of_reach", lambda *_: records)
     assert clear.noise_order > 1
-    assert (where_slow_beside(rubbed) is records) is (more > 0)
+    there, slow = slow_beside(rubbed)
+    assert (there.response.records is records) is (more > 0)
+    assert bool(slow) is (more > 0)
     monkeypatch.setattr(clear_of_zone, "slow_causes", lambda _: [])
-    assert where_slow_beside(rubbed) is None
+    there, slow = slow_beside(rubbed)
+    assert there is rubbed
+    assert not slow
