@@ -34,6 +34,11 @@ def white_sigma(outputs: Sequence[FloatArray]) -> float:
     return robust_sigma(np.concatenate([np.diff(y, 3) for y in outputs])) / float(np.sqrt(20.0))
 
 
+def spanned(rows: Sequence[FloatArray]) -> float:
+    """From the smallest to the largest of all values of several rows."""
+    return float(max(row.max() for row in rows) - min(row.min() for row in rows))
+
+
 def highest_peaks(values: FloatArray) -> IntArray:
     """Where `values` (n,) have a local maximum, an end or a plateau too, the largest first."""
     padded = np.concatenate([[-np.inf], values, [-np.inf]])

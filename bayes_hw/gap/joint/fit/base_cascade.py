@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from bayes_hw.arrays import spanned
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.identify.cascade import Structure
@@ -107,12 +108,12 @@ def _largest(pool: Mapping[int, Grown]) -> Grown:
 def natural_scale(
     records: Sequence[Record], limits: tuple[float, float], gain: float, sigma: float
 ) -> JointScale:
-    """Sizes of the records."""
+    """Sizes of the records, which all begin at the same angle: their travel is that of all together."""
     largest = max(float(np.abs(record.u).max()) for record in records)
     return JointScale(
         speed=min(abs(limits[0]), abs(limits[1]), largest),
         gain=abs(gain),
-        travel=max(float(np.ptp(record.y)) for record in records),
+        travel=spanned([record.y for record in records]),
         sigma=sigma,
         samples=max(len(record) for record in records),
         rate_hz=records[0].sample_rate_hz,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayes_hw.arrays import ComplexArray, FloatArray
+from bayes_hw.arrays import ComplexArray, FloatArray, spanned
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
 from bayes_hw.gap.joint.forms.drive_forms import OF_DEMAND
@@ -58,11 +58,11 @@ def named_by_sight(fit: AnyFit) -> AnyFit:
 
 
 def turns_seen(fit: JointFit, number: int) -> float:
-    """Periods of the ripple that is effect `number` that the motion it looks at goes through in a record, at
-    most: its own motion may go less far than the reading."""
+    """Periods of the ripple that is effect `number` that the motion it looks at goes through in all
+    records: its own motion may go less far than the reading."""
     effect, row = fit.values.effects[number], fit.values.law_row(number)
     runs = [fit.response.along(fit.values, record) for record in range(len(fit.response.records))]
-    travel = max(float(np.ptp(run.signals[row])) for run in runs)
+    travel = spanned([run.signals[row] for run in runs])
     return travel * float(effect.values[0]) / (2 * np.pi)
 
 
