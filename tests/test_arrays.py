@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bayes_hw.arrays import highest_peaks, robust_sigma, stretches_of, white_sigma
+from bayes_hw.arrays import highest_peaks, robust_sigma, spanned, stretches_of, white_sigma
 
 
 @given(st.lists(st.booleans(), max_size=30))
@@ -23,6 +23,10 @@ def test_peaks_come_the_highest_first_ends_and_plateaus_among_them() -> None:
     values = np.array([5.0, 1.0, 3.0, 3.0, 0.0, 7.0, -np.inf, 2.0])
     assert highest_peaks(values).tolist() == [5, 0, 2, 3, 7]
     assert highest_peaks(np.array([])).tolist() == []
+
+
+def test_what_rows_span_is_counted_over_all_of_them() -> None:
+    assert spanned([np.array([0.0, 3.0, 1.0]), np.array([0.0, -2.0])]) == 5.0
 
 
 def test_a_robust_spread_is_that_of_most_values_and_leaves_out_what_was_not_measured() -> None:

@@ -281,7 +281,7 @@ def _followed_rivals(
     rivals = {
         label: nats
         for label, nats in found.rivals.items()
-        if label not in found.labels
+        if label not in (named, *found.labels)
         and nats > 0
         and (label in found.followed or (alone and label != OTHER and nats > own - as_good))
     }

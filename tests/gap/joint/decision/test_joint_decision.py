@@ -146,6 +146,14 @@ def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
         assert found.confusable == ((("friction", rival),) if lead == 5.0 else ())
 
 
+def test_what_has_no_name_is_no_rival_of_itself() -> None:
+    """A shape of any form is followed to the end, and stands in the fit under no label."""
+    left = Remainder(0, 0.0)
+    found = JointEvidence({"other": 900.0}, {}, {"other": 900.0}, 900.0, (), left, ("other",))
+    assert decide(found).answer == ("other",)
+    assert decide(found).confusable == ()
+
+
 def test_several_rivals_share_by_their_nats_whatever_their_order() -> None:
     """Four labels equally good have equal probabilities, and the answer is no less likely than a rival."""
     equal = dict.fromkeys(("sensor_drift", "gain_drift", "command_bias"), 250.0)

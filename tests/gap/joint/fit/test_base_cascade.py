@@ -12,7 +12,7 @@ from series_axis import DELAY, RATE, series
 from series_axis import STRUCTURE as SERIES
 
 from bayes_hw.gap.joint.fit import base_cascade
-from bayes_hw.gap.joint.fit.base_cascade import grown_base
+from bayes_hw.gap.joint.fit.base_cascade import grown_base, natural_scale
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.posterior.joint_posterior import laplace
 from bayes_hw.identify.cascade import Structure
@@ -73,3 +73,12 @@ def test_its_limits_are_as_uncertain_as_the_records_leave_them(oversampled: Join
     drawn = laplace(oversampled, Units(), np.random.default_rng(1), 1.0).base["saturation.lower"]
     assert np.std(drawn) == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.15)
     assert abs(oversampled.values.cascade.lower + 0.45) < 4 * np.sqrt(covariance[0, 0])
+
+
+def test_the_travel_of_the_records_is_that_of_all_together() -> None:
+    """They begin at the same angle: what one shows of a period the other goes on with."""
+    (record,) = measured((), 400, (1,))
+    other = replace(record, y=-record.y)
+    one, both = (natural_scale(r, (-1.0, 1.0), 1.0, SIGMA).travel for r in ([record], [record, other]))
+    assert one == pytest.approx(np.ptp(record.y))
+    assert both == pytest.approx(2 * np.abs(record.y).max())

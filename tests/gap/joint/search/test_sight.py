@@ -25,6 +25,7 @@ from bayes_hw.gap.joint.search.sight import (
     turns_seen,
 )
 from bayes_hw.identify.growth.descent import evaluate
+from bayes_hw.record import Record
 
 HYSTERESIS = form("other", "hysteresis of the spring")
 
@@ -187,3 +188,16 @@ def test_a_ripple_that_does_not_repeat_in_what_it_looks_at_is_a_shape(name: str,
     assert named.labels == ("torque_ripple" if turns > TURNS_SEEN else "other",)
     np.testing.assert_array_equal(named.point.coordinates, fit.point.coordinates)
     assert named_by_sight(named) is named
+
+
+def test_turns_are_counted_over_the_motion_of_all_records() -> None:
+    """A second record goes to the other side of where both begin."""
+    ripple = form("torque_ripple", "")
+    fit = fit_with(torque(ripple, ripple.starts(scale(400))[0], 1e-9))
+    (record,) = fit.response.records
+    sides = [replace(record, u=sign * np.abs(record.u)) for sign in (1.0, -1.0)]
+
+    def seen(records: list[Record]) -> float:
+        return turns_seen(replace(fit, response=replace(fit.response, records=records)), 0)
+
+    assert seen(sides) == pytest.approx(seen(sides[:1]) + seen(sides[1:]), rel=1e-2)
