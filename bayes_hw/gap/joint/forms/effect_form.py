@@ -20,9 +20,9 @@ INNOVATION_COLUMN = "(output)"
 class JointScale:
     """Sizes natural to the records: `speed` of the limited command (input units), `gain` output units per
     sample and unit of command, `travel` (of all records together) and `sigma` in output units, `samples` of
-    the longest record; `periods` and `motor_periods` (output units) are those that a scan found promising in the positions of the
-    load and of the motor, `shortest` the shortest that may be looked for: what rounding does repeats with its
-    step."""
+    the longest record; `periods` and `motor_periods` (output units) are those that a scan found promising in
+    the positions of the load and of the motor, `shortest` the shortest that may be looked for: what rounding
+    does repeats with its step."""
 
     speed: float
     gain: float
