@@ -26,7 +26,7 @@ def check_blind(
     labels: Sequence[Sequence[str]] | None = None,
     changes: Mapping[str, Any] | None = None,
     diagnosis: str = DIAGNOSIS,
-    options: Mapping[str, str] | None = None,
+    options: Mapping[str, Any] | None = None,
     from_records: bool = False,
     executor: Executor,
     progress: Progress,
@@ -64,7 +64,7 @@ def check_blind(
 def verdicts_in(
     folder: Path,
     diagnosis: str,
-    options: Mapping[str, str] | None = None,
+    options: Mapping[str, Any] | None = None,
     *,
     from_records: bool = False,
 ) -> Path:

@@ -140,8 +140,11 @@ def decide(
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
-        asked = calibration.least_beside if OTHER in found.nats else 1.0
-        certain = answer and evidence[answer[0]] > asked * remains
+        asked = (calibration.least_beside if OTHER in found.nats else 1.0) * remains
+        if answer and answer[0] in found.nats and found.remainder.coloured > COLOURED_NATS:
+            # Nor has what is left: beside more of it than it explains no label is certain.
+            asked = max(asked, found.remainder.coloured)
+        certain = answer and evidence[answer[0]] > asked
         answer = (answer[0], OTHER) if certain else (OTHER,)
 
     def stated(answer: tuple[str, ...]) -> JointDecision:

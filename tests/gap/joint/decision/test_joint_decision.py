@@ -127,6 +127,13 @@ def test_what_mends_a_form_without_a_name_is_no_effect_of_its_own() -> None:
     assert found.probability["torque_ripple"] <= JointCalibration.built_in().beside_other
 
 
+def test_beside_more_that_is_left_than_it_explains_no_label_is_certain() -> None:
+    nats = {"other": 2600.0, "cubic_stiffness": 600.0}
+    assert _decided(nats, coloured=590.0).answer == ("cubic_stiffness", "other")
+    assert _decided(nats, coloured=610.0).answer == ("other",)
+    assert _decided({"cubic_stiffness": 600.0}, coloured=610.0).answer == ("cubic_stiffness",)
+
+
 def test_a_rival_as_good_is_stated() -> None:
     found = _decided({"encoder_eccentricity": 250.0}, rivals={"torque_ripple": 245.0})
     assert found.confusable == (("encoder_eccentricity", "torque_ripple"),)
