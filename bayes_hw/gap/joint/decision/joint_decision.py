@@ -140,21 +140,17 @@ def decide(
     order = sorted(evidence, key=lambda label: (label not in found.reading_nats, -evidence[label]))
     answer = tuple(order)[:MOST_NAMED]
     if remains > 0:
-        asked = (calibration.least_beside if OTHER in found.nats else 1.0) * remains
-        if answer and answer[0] in found.nats and found.remainder.coloured > COLOURED_NATS:
-            # Nor has what is left: beside more of it than it explains no label is certain.
-            asked = max(asked, found.remainder.coloured)
-        certain = answer and evidence[answer[0]] > asked
+        asked = calibration.least_beside if OTHER in found.nats else 1.0
+        certain = answer and evidence[answer[0]] > asked * remains
         answer = (answer[0], OTHER) if certain else (OTHER,)
 
-    def stated(answer: tuple[str, ...]) -> JointDecision:
-        probability = _probabilities(found, answer, evidence, remains, calibration, part_of_g)
-        return _contested(found, answer, probability, calibration)
+    def probabilities(answer: tuple[str, ...]) -> dict[str, float]:
+        return _probabilities(found, answer, evidence, remains, calibration, part_of_g)
 
-    decision = stated(answer)
-    if decision.answer[1:] == (OTHER,) and decision.probability[answer[0]] < decision.probability[OTHER]:
-        # Less certain than that something has no name, it is not what is certain of the two.
-        return stated((OTHER,))
+    decision = _contested(found, answer, probabilities(answer), calibration)
+    if answer[1:] == (OTHER,) and decision.probability[answer[0]] < probabilities(answer)[OTHER]:
+        # Less certain than that something else has no name, or another, it is not the certain one of the two.
+        return _contested(found, (OTHER,), probabilities((OTHER,)), calibration)
     return decision
 
 

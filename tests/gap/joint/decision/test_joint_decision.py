@@ -127,11 +127,20 @@ def test_what_mends_a_form_without_a_name_is_no_effect_of_its_own() -> None:
     assert found.probability["torque_ripple"] <= JointCalibration.built_in().beside_other
 
 
-def test_beside_more_that_is_left_than_it_explains_no_label_is_certain() -> None:
-    nats = {"other": 2600.0, "cubic_stiffness": 600.0}
-    assert _decided(nats, coloured=590.0).answer == ("cubic_stiffness", "other")
-    assert _decided(nats, coloured=610.0).answer == ("other",)
-    assert _decided({"cubic_stiffness": 600.0}, coloured=610.0).answer == ("cubic_stiffness",)
+@pytest.mark.parametrize("calibration", [JointCalibration.built_in(), GivenCalibration.built_in()])
+def test_beside_much_that_is_left_a_label_is_held_against_all_that_may_stand_in_the_place_of_other(
+    calibration: JointCalibration,
+) -> None:
+    """Rivals of what has no name take their share of it, and make the label beside it no more certain."""
+    rivals = {"other": 700.0, "backlash": 699.0, "friction": 699.0}
+    nats = {"other": 600.0, "cubic_stiffness": 600.0}
+    labels = ("other", "cubic_stiffness")
+    found = JointEvidence(nats, {}, rivals, 700.0, labels, Remainder(1, 0.0), tuple(rivals))
+    assert decide(found, calibration).answer == ("cubic_stiffness", "other")
+    left = replace(found, remainder=Remainder(11, 10 * COLOURED_NATS))
+    stated = decide(left, calibration)
+    assert stated.answer == ("other",)
+    assert stated.probability["cubic_stiffness"] <= calibration.beside_other
 
 
 def test_a_rival_as_good_is_stated() -> None:
