@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.given.clear_of_zone import away_from_zero
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND, SlowNoise
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.identify.growth.coloured import Whitener

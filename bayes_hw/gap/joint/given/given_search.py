@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.answer.judgement import OTHER
-from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
-from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts, with_base_anew
-from bayes_hw.gap.joint.given.clear_of_zone import (
-    away_from_zero,
-    on_records,
-    slow_beside,
-    slow_clear_of_zone,
-)
-from bayes_hw.gap.joint.given.free_shape import free_shape
-from bayes_hw.gap.joint.given.given_model import GivenModel
+from bayes_hw.gap.joint.given.base_starts import with_base_anew
+from bayes_hw.gap.joint.given.clear_of_zone import on_records
+from bayes_hw.gap.joint.given.given_base import base_and_readings, reweighted
 from bayes_hw.gap.joint.given.given_moves import (
     both_over_position,
     further_modes,
@@ -33,14 +24,14 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_further_forms,
     with_signals,
 )
-from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
-from bayes_hw.gap.joint.given.given_verification import is_doubtful, is_too_small, verified
+from bayes_hw.gap.joint.given.given_trail import Trail
+from bayes_hw.gap.joint.given.given_verification import is_doubtful, verified
 from bayes_hw.gap.joint.given.second_labels import beside_each, both_instead, second_to
 from bayes_hw.gap.joint.given.settled import settled
-from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_again, read_faults
+from bayes_hw.gap.joint.residuals.readings import Readings, read_again
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
-from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
@@ -48,16 +39,10 @@ from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew
 from bayes_hw.gap.joint.search.structural import explained_slowly, finer
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS, asked_over
-from bayes_hw.identify.experiment import white_noise_level
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
-
-BASES_KEPT, PLAIN_EVALUATIONS = 4, 25
-LARGEST = 1e9
-"""Of a residual, output units: a runaway trial stays finite."""
 
 MOST_STEPS = 5
 RIVALS, EXCHANGES = 4, 2
@@ -105,98 +90,13 @@ def search_given(
     return JointAnswer(fit, base, nats, rivals, readings, left, ends=ends, cut_short=cut_short)
 
 
-def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tuple[GivenFit, Readings]:
-    """The model without effects under the weights that the readings' faults ask for."""
-    base = best_base(records, model)
-    readings = read_faults(base)
-    if "timing_jitter.sd" in readings.parameters and is_shape(base, base):
-        # What is wrong by position is wrong by speed too.
-        readings = read_faults(free_shape(base))
-    if not readings.nats:
-        return base, readings
-    base = reweighted(base, readings)
-    if readings.rounded_first:
-        base, readings = without_rounding(base, readings)
-    again = glitches_read_again(base, readings)
-    return (base, readings) if again is readings else (reweighted(base, again), again)
-
-
 def described(fit: GivenFit) -> str:
     """One line on a fit."""
     names = " + ".join(fit.names) or "no effect"
     return f"{names}; noise of order {fit.point.whitener.order}, residual {fit.point.rms:.3g}"
 
 
-def best_base(records: Sequence[Record], model: HammersteinWiener) -> GivenFit:
-    """The model without effects at the base parameters that explain the records best."""
-    level = white_noise_level([record.y_or_nan for record in records])
-    given = GivenModel.of(model, 0.1 * level)
-    nominal = given.cascade(np.zeros(given.size), part=False, further=False)
-    own_gain = abs(model.linear.velocity_gain(given.rate_hz)) / given.rate_hz
-    speed_gain = abs(nominal.integrator_residue) or own_gain
-    scale = natural_scale(records, (given.lower, given.upper), speed_gain, level)
-    response = GivenResponse(given.structure(False, False), (), records, scale, given=given)
-    low, high = given.bounds(part=False, further=False)
-    nominal_fit = GivenFit(response, evaluate(response, np.clip(np.zeros(given.size), low, high)))
-    starts = limit_starts(nominal_fit)
-    tried = sorted((plainly(s) for s in starts[:BASES_KEPT]), key=lambda fit: fit.point.rms)
-    found = highest([fit.descended() for fit in tried[:2]])
-    return highest([found, *(start.descended() for start in unreached_starts(found))])
-
-
-def plainly(fit: GivenFit) -> GivenFit:
-    """Least squares of the base alone, as though the noise were white: a coloured one hides slow errors."""
-    response, n = fit.response, len(fit.theta)
-    low, high = response.given.bounds(response.part, response.further)
-    rest = fit.point.coordinates[n:]
-
-    measured = [record.measured for record in response.records]
-    root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
-
-    def residual(theta: FloatArray) -> FloatArray:
-        found = zip(response.residuals(np.concatenate([theta, rest])), measured, strict=True)
-        errors = np.concatenate([e if m is None else e[m] for e, m in found])
-        bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
-        return np.concatenate([bounded, root * theta])
-
-    def slope(theta: FloatArray) -> FloatArray:
-        blocks = response.linearise(np.concatenate([theta, rest]), 0)
-        rows = [r[:n] if m is None else r[:n, m] for r, _, m in blocks]
-        whole = np.nan_to_num(np.concatenate(rows, axis=1).T, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
-        return np.concatenate([-whole, np.diag(root)])
-
-    inside = 1e-6 * (high - low)
-    start = np.clip(fit.theta, low + inside, high - inside)
-    found = least_squares(
-        residual, start, slope, bounds=(low, high), x_scale="jac", max_nfev=PLAIN_EVALUATIONS
-    )
-    return GivenFit(response, evaluate(response, np.concatenate([found.x, rest])))
-
-
-def reweighted(fit: GivenFit, readings: Readings) -> GivenFit:
-    """The same explanation under the weights that the readings' faults ask for, descended. What rounding does
-    repeats with its step: no shorter period is looked for."""
-    scale = readings.seen_in(fit.response.scale)
-    late = readings.parameters.get("timing_jitter.sd", 0.0) * scale.rate_hz
-    response = replace(fit.response, weights=readings.weights, scale=scale, late=late)
-    begun = GivenFit(response, evaluate(response, fit.point.coordinates))
-    return highest([one.descended() for one in (begun, *begun.read_late())])
-
-
-@dataclass(frozen=True, eq=False)
-class _Trail:
-    """Where a search ended: its fit, the base and the readings under the last weights, what every label alone
-    reached and by which fit; `whole` is the base of all samples."""
-
-    fit: GivenFit
-    base: GivenFit
-    whole: GivenFit
-    readings: Readings
-    rivals: dict[str, float]
-    alone: dict[str, GivenFit]
-
-
-def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) -> _Trail:
+def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) -> Trail:
     """Where the search ended: its fit pruned, labels exchanged.
 
     Noise of a cause takes up much of what an effect does, so that the first one found beside it may be wrong:
@@ -221,7 +121,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
             caused = replace(caused, fit=pruned(caused.fit))
             if caused.fit.score >= on_records(trail.fit, caused.fit.response.records).score:
                 trail = caused
-    rivals = {one.labels[0]: one.score - base.score for one in slow} | trail.rivals
+    rivals = {one.labels[0]: one.score - base.score for one in slow} | dict(trail.rivals)
     fit, base = with_period_anew(exchanged(trail.fit, rivals, say)), trail.base
     if fit.response.cause is not None:
         fit, causes = likelier(fit, base, trail.whole.response.records)
@@ -289,84 +189,46 @@ def _followed(
     readings: Readings,
     say: Callable[[str], None],
     instead: Sequence[GivenFit] | None = None,
-) -> _Trail:
+) -> Trail:
     """One label after the other while the score improves. Noise has a cause beside them, unless causes that
     the base may have `instead` of any effect are given: then only where one explains more than the first
     label clear of the dead zone, or there beside it more than noise without a name. All begins again there
     where the first is so, or where noise of a cause is best; where the second is so, it goes on there.
     """
-    whole, fit, rivals, alone = base, base, dict[str, float](), dict[str, GivenFit]()
+    trail = Trail.begun(base, readings, caused=instead is None)
     carried: list[GivenFit] = []
-    causes = instead is None
     steps = 0
     while steps < MOST_STEPS and not time_is_up():
         steps += 1
-        if causes or fit is base:
-            slow = slow_causes(fit) if causes else []
-        else:
-            fit, slow = slow_beside(fit)
-            if slow:
-                say("noise of a cause explains what is left")
-                there = fit.response.records
-                base = on_records(base, there)
-                alone = {label: on_records(one, there) for label, one in alone.items()}
-                rivals = {label: one.score - base.score for label, one in alone.items()}
-                causes = True
+        trail, slow = trail.with_slow_causes(say)
+        fit = trail.fit
         start = highest([fit, *slow])
-        others = second_to(start, base, alone) if len(set(fit.labels)) == 1 else []
+        others = second_to(start, trail.base, trail.alone) if len(set(fit.labels)) == 1 else []
         trials = [*_trials(start, others), *slow, *carried]
         carried = []
         if not trials:
             break
-        if fit is base:
-            for t in (t for t in trials if len(set(t.labels)) == 1):
-                label = t.labels[0]
-                if t.score - base.score > rivals.get(label, -np.inf):
-                    rivals[label], alone[label] = t.score - base.score, t
+        trail = trail.knowing(trials)
         best = settled(with_base_anew(explained_slowly(finer(highest(trials)))))
-        if fit is base and is_shape(base, highest([base, best])):
-            best = highest([base, best, *both_over_position(base)])
-            if is_shape(base, best):
-                fit = best
+        if trail.is_bare and is_shape(trail.base, highest([fit, best])):
+            best = highest([fit, best, *both_over_position(fit)])
+            if is_shape(trail.base, best):
                 say("a function of position explains far more")
-                break
-        doubtful = is_doubtful(best, fit, base, readings)
+                return replace(trail, fit=best)
+        doubtful = is_doubtful(best, fit, trail.base, trail.readings)
         if best.score <= fit.score or (doubtful and fit.labels):
             break
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
-        clear = None
-        if base is whole and best.response.cause is not None and not is_too_small(best):
-            clear = away_from_zero(best, base)
-        elif base is whole and fit is base and instead and best.noise_order > 1:
-            clear = slow_clear_of_zone(best, base, instead)
+        clear = trail.clear_of_zone(best, instead)
         if clear is not None:
             say("what a slow error may shift into the dead zone is left out")
-            carried = [] if best.response.cause is None else [on_records(best, clear.response.records)]
-            base = fit = clear
-            rivals, alone, causes, steps = {}, {}, True, 0
+            carried = [on_records(best, clear.records)] if best.response.cause is not None else []
+            trail, steps = clear, 0
             continue
-        finished = doubtful or best is start
-        fit = best
-        if not readings.nats:
-            faults = read_faults(fit)
-            if faults.nats:
-                base, fit, whole, readings = _under(faults, base, fit, whole)
-                finished = False
-        if finished:
+        trail, read_anew = replace(trail, fit=best).with_faults()
+        if (doubtful or best is start) and not read_anew:
             break
-    return _Trail(fit, base, whole, readings, rivals, alone)
-
-
-def _under(
-    faults: Readings, base: GivenFit, fit: GivenFit, whole: GivenFit
-) -> tuple[GivenFit, GivenFit, GivenFit, Readings]:
-    """The fits under what the readings' faults ask for, and the faults as they are then."""
-    all_samples = base.response.records is whole.response.records
-    base, fit = reweighted(base, faults), reweighted(fit, faults)
-    if faults.rounded_first and all_samples:
-        fit, faults = without_rounding(fit, faults)
-        base = on_records(base, fit.response.records)
-    return base, fit, base if all_samples else reweighted(whole, faults), faults
+    return trail
 
 
 def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], None]) -> GivenFit:

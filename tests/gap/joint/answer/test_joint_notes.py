@@ -6,7 +6,7 @@ from joint_axis import GIVEN_SAMPLES, measured, model
 
 from bayes_hw.gap.joint.answer.joint_notes import of_unnamed
 from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, FORMS
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 
 
 def test_a_wide_shape_over_position_is_told_apart_from_a_period() -> None:

@@ -11,7 +11,7 @@ from joint_axis import GIVEN_SAMPLES, SIGMA, measured, model
 
 from bayes_hw.gap.joint.decision.given_decision import GivenCalibration, GivenEvidence, decide_given
 from bayes_hw.gap.joint.decision.joint_decision import JointDecision
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
 from bayes_hw.gap.joint.search.joint_search import JointAnswer

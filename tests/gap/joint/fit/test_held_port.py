@@ -24,7 +24,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.held_port import HeldResponse, held_ways, nats_lost, numbers_saved
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.forms.joint_forms import AS_READING
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues, Ports
 from bayes_hw.gap.joint.search.law_exchange import misread

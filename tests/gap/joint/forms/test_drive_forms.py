@@ -13,7 +13,7 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS, UNNAMED_OVER_POSITION
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import TURNS_SEEN
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units

@@ -12,10 +12,12 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import given_rivals, given_search
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_model import STATIC
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of
-from bayes_hw.gap.joint.given.given_search import best_base, search_given
+from bayes_hw.gap.joint.given.given_search import search_given
+from bayes_hw.gap.joint.given.given_trail import Trail
 from bayes_hw.gap.joint.residuals import beside_fit
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.gap.joint.response.joint_values import Effect
@@ -93,7 +95,7 @@ def test_a_tooth_has_no_name(toothed: GivenFit, monkeypatch: pytest.MonkeyPatch)
     """Beside an explanation that is worth less, it is the answer, with what else was tried."""
     base = toothed
     weak = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
-    trail = given_search._Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
+    trail = Trail(weak, base, base, read_faults(base), {"gain_asymmetry": 30.0}, {})  # type: ignore[arg-type]
     monkeypatch.setattr(given_search, "_extended", lambda *_: trail)
     monkeypatch.setattr(given_search, "verified", lambda *_: (weak, {"gain_asymmetry": 30.0}))
     monkeypatch.setattr(given_rivals, "every_law", lambda *_: [])

@@ -9,9 +9,9 @@ import pytest
 from joint_axis import GIVEN_SAMPLES, SIGMA, measured, model
 
 from bayes_hw.gap.joint.given.base_starts import with_nominal_modes
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_moves import later
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base
 
 
 def _late(whole: int, part: float) -> tuple[GivenFit, GivenFit]:

@@ -7,8 +7,9 @@ import pytest
 from joint_axis import SIGMA, form, measured, model
 
 from bayes_hw.gap.joint.given.free_shape import free_shape
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_moves import both_over_position
-from bayes_hw.gap.joint.given.given_search import _with_what_only_all_show, best_base
+from bayes_hw.gap.joint.given.given_search import _with_what_only_all_show
 from bayes_hw.gap.joint.response.joint_values import Effect
 
 SAMPLES = 700

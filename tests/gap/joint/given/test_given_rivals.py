@@ -11,8 +11,8 @@ from joint_axis import form, measured, model, torque
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
-from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.gap.joint.search import sight
 from bayes_hw.identify.growth.levels import WHITE

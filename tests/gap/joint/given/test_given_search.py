@@ -28,10 +28,12 @@ from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given import given_moves, given_search
+from bayes_hw.gap.joint.given.given_base import best_base, reweighted
 from bayes_hw.gap.joint.given.given_model import LIGHTEST, GivenModel
 from bayes_hw.gap.joint.given.given_moves import further_modes, with_further_forms
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_search import best_base, reweighted, search_given
+from bayes_hw.gap.joint.given.given_search import search_given
+from bayes_hw.gap.joint.given.given_trail import Trail
 from bayes_hw.gap.joint.given.given_verification import verified
 from bayes_hw.gap.joint.noise.slow_noise import WIND, SlowNoise
 from bayes_hw.gap.joint.residuals import readings
@@ -275,7 +277,7 @@ def test_noise_of_a_cause_is_sought_where_effects_leave_more(
     def followed(*args: object) -> object:
         causes = len(args) == 3
         asked.append(causes)
-        return given_search._Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
+        return Trail(rubbing if causes else plain[0], base, base, readings, {}, {})
 
     monkeypatch.setattr(given_search, "_followed", followed)
     monkeypatch.setattr(given_search, "slow_causes", lambda _: [windy])

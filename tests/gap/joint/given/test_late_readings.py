@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from joint_axis import GIVEN_SAMPLES, RATE, measured, model
 
+from bayes_hw.gap.joint.given.given_base import best_base, reweighted
 from bayes_hw.gap.joint.given.given_response import DELAY, GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base, reweighted
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.record import Record
 

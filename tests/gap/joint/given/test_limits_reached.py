@@ -13,8 +13,8 @@ from test_given_search import model
 
 from bayes_hw.gap.joint.fit.joint_fit import FULL_STEPS
 from bayes_hw.gap.joint.given.base_starts import unreached_starts
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.posterior.given_posterior import laplace_given
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units

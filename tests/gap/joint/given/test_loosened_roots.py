@@ -9,10 +9,10 @@ import pytest
 from joint_axis import SIGMA, measured, model
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_model import HEAVIEST
 from bayes_hw.gap.joint.given.given_moves import is_a_mode
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.identify.growth.descent import evaluate
 
 SAMPLES = 500

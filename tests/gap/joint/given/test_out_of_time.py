@@ -5,9 +5,10 @@ from __future__ import annotations
 from joint_axis import GIVEN_SAMPLES, measured, model, some_effect
 
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_moves import further_modes, later
 from bayes_hw.gap.joint.given.given_rivals import instead_of
-from bayes_hw.gap.joint.given.given_search import best_base, exchanged
+from bayes_hw.gap.joint.given.given_search import exchanged
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
 from bayes_hw.time_budget import at_most

@@ -10,8 +10,8 @@ from joint_axis import measured, model
 
 from bayes_hw.gap.joint.forms.joint_forms import FORMS
 from bayes_hw.gap.joint.given import second_labels
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.given.second_labels import SECONDS, both_instead, second_to
 from bayes_hw.gap.joint.residuals.readings import read_faults
 from bayes_hw.identify.growth.levels import WHITE

@@ -13,8 +13,9 @@ from bayes_hw.gap.joint.answer.joint_notes import notes_on_search
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence, decide_given
 from bayes_hw.gap.joint.given import clear_of_zone, settled
 from bayes_hw.gap.joint.given.clear_of_zone import on_records, slow_beside, slow_clear_of_zone
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base, search_given
+from bayes_hw.gap.joint.given.given_search import search_given
 from bayes_hw.gap.joint.response.joint_values import Effect
 from bayes_hw.gap.joint.search.effect_moves import slow_causes
 from bayes_hw.gap.joint.search.verification import VERIFIED_BESIDE_NATS

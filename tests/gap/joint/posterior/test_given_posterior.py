@@ -7,8 +7,8 @@ import pytest
 from joint_axis import GIVEN_SAMPLES, RATE, measured, model
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_search import best_base
 from bayes_hw.gap.joint.posterior.given_posterior import INFLATION, laplace_given, unfolded
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Units

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from joint_axis import RATE, SIGMA, command, form, measured, model, record, response_with
 
-from bayes_hw.gap.joint.given import given_search
+from bayes_hw.gap.joint.given.given_base import base_and_readings, best_base, reweighted
 from bayes_hw.gap.joint.given.given_response import LIMITS
-from bayes_hw.gap.joint.given.given_search import best_base, reweighted
+from bayes_hw.gap.joint.given.given_trail import under
 from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
 from bayes_hw.gap.joint.residuals.beside_fit import best_coefficients
 from bayes_hw.gap.joint.residuals.readings import read_faults
@@ -55,16 +55,14 @@ def test_glitches_of_rounded_readings_are_found_beside_the_rounding(before: bool
     """Whether the noise was there before the rounding or came after it; what is rounded alone has none."""
     plain = rounded((1, 2)) if not before else []
     plain = plain or [replace(r, y=STEP * np.round(r.y / STEP)) for r in measured((), SAMPLES, (1, 2))]
-    base, told = given_search.base_and_readings(plain, model())
+    base, told = base_and_readings(plain, model())
     assert told.nats.keys() == {ROUNDING}
     hit = np.arange(40, SAMPLES, 75)
     jumps = np.where(np.arange(len(hit)) % 2, 15 * STEP, -15 * STEP)
     far = [r.y.copy() for r in plain]
     for y in far:
         y[hit] += jumps
-    base, told = given_search.base_and_readings(
-        [replace(r, y=y) for r, y in zip(plain, far, strict=True)], model()
-    )
+    base, told = base_and_readings([replace(r, y=y) for r, y in zip(plain, far, strict=True)], model())
     assert told.nats.keys() == {ROUNDING, "outliers"}
     assert told.step == pytest.approx(STEP, rel=0.01)
     for weights in told.weights:
@@ -83,7 +81,7 @@ def test_instants_that_are_off_are_found_beside_the_rounding(off: float) -> None
         read = np.interp(own + off * np.clip(rng.standard_normal(SAMPLES), -3, 3), own, angle)
         noisy = read + 0.05 * SIGMA * rng.standard_normal(SAMPLES)
         found.append(record(step * np.round(noisy / step), seed))
-    _, told = given_search.base_and_readings(found, model())
+    _, told = base_and_readings(found, model())
     assert told.nats.keys() == ({ROUNDING, "timing_jitter"} if off else {ROUNDING})
     if off:
         assert told.parameters["timing_jitter.sd"] * RATE == pytest.approx(off, rel=0.3)
@@ -128,12 +126,12 @@ def test_rounding_seen_on_the_way_is_taken_off_every_fit() -> None:
     fit = base.with_effect(form("gain_asymmetry"), (0.0,)).descended()
     faults = read_faults(fit)
     assert faults.rounded_first
-    under, explained, whole, told = given_search._under(faults, base, fit, base)
+    weighed, explained, whole, told = under(faults, base, fit, base)
     assert told.taken_off
     assert explained.point.whitener.order <= 1
     assert explained.point.rms < 1.15 * SIGMA
-    assert whole is under
-    assert under.response.records is explained.response.records
+    assert whole is weighed
+    assert weighed.response.records is explained.response.records
 
 
 def test_without_a_model_the_search_begins_on_what_was_not_rounded() -> None:

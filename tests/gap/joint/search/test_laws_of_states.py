@@ -9,7 +9,7 @@ import pytest
 from joint_axis import SIGMA, form, measured, model, torque
 
 from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
-from bayes_hw.gap.joint.given.given_search import best_base
+from bayes_hw.gap.joint.given.given_base import best_base
 from bayes_hw.gap.joint.search import laws_of_states
 from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
 
