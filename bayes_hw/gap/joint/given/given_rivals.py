@@ -83,12 +83,12 @@ def instead_of(
 
 
 def plainly_named(
-    ends: Mapping[str, GivenFit], rivals: dict[str, float], base: GivenFit
+    ends: Mapping[str, GivenFit], rivals: Mapping[str, float], base: GivenFit
 ) -> tuple[dict[str, GivenFit], dict[str, float]]:
     """Ends, and what they and other rivals explain, without those that are friction under another name, where
     friction itself explains nearly as much: through free ports they are one curve, and what it looks at tells
     which."""
-    found, nats = dict(ends), rivals | {label: end.score - base.score for label, end in ends.items()}
+    found, nats = dict(ends), {**rivals} | {label: end.score - base.score for label, end in ends.items()}
     if FRICTION not in ends:
         return found, nats
     for label, end in ends.items():
