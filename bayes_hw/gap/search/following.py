@@ -101,6 +101,15 @@ class Following:
         reached = max([self._reached(best, rivals), *others])
         return [best] if best.log_evidence > reached + CHAOS_MARGIN else []
 
+    def beside(self, hosts: Sequence[Fit]) -> list[Explanation]:
+        """The rugged effect that is that far ahead of none, beside each of `hosts`, if any: a second effect
+        that is large drives the motion that is to be followed."""
+        pairs = []
+        for host in hosts:
+            others = [e for e in self.effects if e.label not in host.hypothesis.labels]
+            pairs += replace(self, base=host.hypothesis, effects=others).found([host], [])
+        return pairs
+
     def set_free(self, followed: Fit) -> Fit:
         """The fit of a simulation that nothing corrects, begun where a followed one ended."""
         free = replace(followed.hypothesis, followed=None)
@@ -160,7 +169,7 @@ class Following:
         """Log-evidence of the best rival, or of no effect, followed as `best` is."""
         followed = best.fit.hypothesis.followed
         others = [r for r in rivals if not set(r.hypothesis.labels) & set(best.labels)][:RIVALS]
-        none = best.fit.coordinates[: self.base.base_count]
+        none = best.fit.coordinates[: best.fit.hypothesis.effect_rows[-1].start]
         tasks = [(self.base, none), *((rival.hypothesis, rival.coordinates) for rival in others)]
 
         alike = [(replace(hypothesis, followed=followed), start) for hypothesis, start in tasks]

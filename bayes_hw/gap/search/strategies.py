@@ -45,6 +45,9 @@ REFINED = 4
 """Single effects that are tried in forms of more parameters."""
 
 RESTARTED = 3
+FOLLOWED_BESIDE = 3
+"""Single effects beside which rugged motion is followed."""
+
 LEADERS = 2
 """Labels of which the best fit is begun again near where it ended, before a second effect is sought."""
 
@@ -193,10 +196,14 @@ def seek_chaos(search: Search) -> None:
     if not search.best.chaotic_response:
         search.found += chaotic.beside(search.found)
     best = search.best
+    if not best.chaotic_response:
+        return
     if best.followed is not None:
         search.found += search.following.partners(best)
-    elif best.chaotic_response:
+    else:
         search.found += chaotic.partners(best)
+    hosts = leaders([e for e in search.coloured if not e.chaotic])[:FOLLOWED_BESIDE]
+    search.found += search.following.beside([host.fit for host in hosts])
 
 
 def finish_the_best(search: Search) -> None:
