@@ -31,7 +31,7 @@ from bayes_hw.gap.diagnosis import diagnose
 from bayes_hw.gap.effects.drive import DynamicBacklash
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
-from bayes_hw.gap.effects.input import CommandBias, RateLimit
+from bayes_hw.gap.effects.input import CommandBias, GainDrift, RateLimit
 from bayes_hw.gap.effects.linear import CubicStiffness
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
@@ -220,6 +220,24 @@ def test_a_second_effect_is_found_beside_the_gap() -> None:
     assert best.log_evidence > alone.log_evidence + CHAOS_MARGIN
     assert best.fit.values[-2:] == pytest.approx((HALF_GAP, RATE_LIMIT), rel=0.15)
     assert search.partners(best) == []
+
+
+@pytest.mark.parametrize("half_gap", [HALF_GAP, 0.0], ids=["a gap", "none"])
+def test_beside_an_effect_that_drives_it_the_gap_is_followed(half_gap: float) -> None:
+    """Followed alone it is no better than noise: what the other effect does is lost to the corrections."""
+    drifting = BASE.with_effect(GainDrift())
+    warm = (0.3, 8.0)
+    both = drifting.with_effect(DynamicBacklash()) if half_gap else drifting
+    measured = noisy(both.simulate(np.concatenate([NOMINAL, warm, *[[half_gap]] * bool(half_gap)])))
+    host = fit(drifting, measured, drifting.to_coordinates(np.append(NOMINAL, warm)), PLAIN)
+    search = following(measured, (DynamicBacklash(), GainDrift()))
+    assert search.found(origins(measured), [host]) == []
+    found = search.beside([host])
+    assert [e.labels for e in found] == [("backlash", "gain_drift")] * bool(half_gap)
+    for pair in found:
+        change, _, size = pair.fit.values[-3:]
+        assert (change, size) == pytest.approx((warm[0], half_gap), rel=0.1)
+        assert pair.encoder_sigma == pytest.approx(SIGMA, rel=0.25)
 
 
 def test_only_a_spring_that_is_among_the_leading_effects_is_followed(
