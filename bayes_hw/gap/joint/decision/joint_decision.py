@@ -126,12 +126,12 @@ def decide(
     if found.follows_no_better:
         # Corrected at every sample any law predicts the next one; of the axis is what moves as it does.
         remains = max([remains, *(evidence.pop(label) for label in found.nats if label in evidence)])
+    # Errors of readings follow each other; a slow axis shows a staircase of any length, as it is commanded.
+    theirs = np.inf if "encoder_quantization" in evidence else 0.0
     if max(found.remainder.commanded, found.remainder.refuted) > calibration.nats_refuting:
         # Wind and an angle that walks know nothing of what is commanded, and are normal.
-        remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE))
+        remains = max(remains, sum(evidence.pop(label, 0.0) for label in OTHER_CAUSE) - theirs)
     elif not found.nats:
-        # Errors of readings follow each other; a slow axis shows a staircase of any length.
-        theirs = np.inf if "encoder_quantization" in evidence else 0.0
         theirs += calibration.colour_of_jitter * evidence.get("timing_jitter", 0.0)
         coloured = found.remainder.coloured - theirs
         if coloured > COLOURED_NATS:

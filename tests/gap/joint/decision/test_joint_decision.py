@@ -58,6 +58,16 @@ def test_noise_that_knows_the_command_is_no_wind() -> None:
     assert decide(replace(alone, remainder=Remainder(1, 0, refuted=pulses - 0.2))).answer == ("wind",)
 
 
+def test_a_staircase_knows_the_command_and_is_no_gap_of_its_own() -> None:
+    """What rounding leaves is slow where the axis is: no wind, and nothing else either."""
+    left = Remainder(1, 0.0, commanded=17.0, refuted=10.0)
+    slow = JointEvidence({"wind": 35.0}, {"encoder_quantization": 900.0}, {}, 35.0, ("wind",), left)
+    assert decide(slow).answer == ("encoder_quantization",)
+    assert decide(replace(slow, reading_nats={"outliers": 900.0})).answer == ("outliers", "other")
+    wind = replace(slow, remainder=Remainder(1, 0.0))
+    assert decide(wind).answer == ("encoder_quantization", "wind")
+
+
 def test_colour_casts_doubt_by_how_nearly_it_counts_as_a_cause() -> None:
     """An order above one that chance would choose hides nothing; from COLOURED_NATS on all of the doubt."""
     of_friction = [
