@@ -10,7 +10,13 @@ import numpy as np
 
 from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.joint.decision.joint_calibration import JointCalibration
-from bayes_hw.gap.joint.decision.joint_decision import MOST_NAMED, JointDecision, JointEvidence, decide
+from bayes_hw.gap.joint.decision.joint_decision import (
+    LARGEST,
+    MOST_NAMED,
+    JointDecision,
+    JointEvidence,
+    decide,
+)
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.remainder import COLOURED_NATS
 from bayes_hw.gap.joint.search.joint_search import JointAnswer
@@ -55,9 +61,11 @@ class GivenEvidence:
         return cls(JointEvidence.of(found), residual_rms(found.fit), residual_rms(found.base), noise)
 
     def to_dict(self) -> dict[str, Any]:
-        """For a file; a noise that is not stated is null."""
+        """For a file; a noise that is not stated is null, and errors of what cannot be simulated at all are the
+        largest number."""
         noise = None if np.isnan(self.noise) else self.noise
-        return {"joint": self.joint.to_dict(), "left": self.left, "before": self.before, "noise": noise}
+        left, before = (min(each, LARGEST) for each in (self.left, self.before))
+        return {"joint": self.joint.to_dict(), "left": left, "before": before, "noise": noise}
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> GivenEvidence:

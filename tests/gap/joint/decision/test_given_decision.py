@@ -107,3 +107,11 @@ def test_evidence_in_a_file_is_decided_the_same() -> None:
         evidence = GivenEvidence.of(answer_of(louder, loud, {"friction": 300.0}), noise)
         again = GivenEvidence.from_dict(json.loads(json.dumps(evidence.to_dict(), allow_nan=False)))
         assert decide_given(again) == decide_given(evidence)
+
+
+def test_what_the_model_cannot_simulate_goes_through_a_file_too() -> None:
+    plain = measured((), GIVEN_SAMPLES, (1, 2))
+    found = GivenEvidence.of(answer_of(disturbed(9.0), plain, {"friction": 300.0}), SIGMA)
+    endless = replace(found, before=float("inf"))
+    again = GivenEvidence.from_dict(json.loads(json.dumps(endless.to_dict(), allow_nan=False)))
+    assert decide_given(again) == decide_given(endless)
