@@ -61,7 +61,7 @@ class GivenEvidence:
         return cls(JointEvidence.of(found), residual_rms(found.fit), residual_rms(found.base), noise)
 
     def to_dict(self) -> dict[str, Any]:
-        """For a file; a noise that is not stated is null, and errors of what cannot be simulated at all are the
+        """For a file; a noise that is not stated is null, errors of what cannot be simulated at all are the
         largest number."""
         noise = None if np.isnan(self.noise) else self.noise
         left, before = (min(each, LARGEST) for each in (self.left, self.before))
