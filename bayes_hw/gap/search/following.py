@@ -102,13 +102,18 @@ class Following:
         return [best] if best.log_evidence > reached + CHAOS_MARGIN else []
 
     def beside(self, hosts: Sequence[Fit]) -> list[Explanation]:
-        """The rugged effect that is that far ahead of none, beside each of `hosts`, if any: a second effect
-        that is large drives the motion that is to be followed."""
-        pairs = []
+        """The rugged effect that is that far ahead of none, beside each of `hosts`, if any, and alone from
+        where each of these ended: a second effect that is large drives the motion that is to be followed."""
+        found = []
         for host in hosts:
             others = [e for e in self.effects if e.label not in host.hypothesis.labels]
-            pairs += replace(self, base=host.hypothesis, effects=others).found([host], [])
-        return pairs
+            for pair in replace(self, base=host.hypothesis, effects=others).found([host], []):
+                hypothesis, coordinates = pair.fit.hypothesis, pair.fit.coordinates
+                alone = replace(self.base, followed=hypothesis.followed).with_effect(hypothesis.effects[-1])
+                own = coordinates[hypothesis.effect_rows[-1]]
+                begun = np.concatenate([coordinates[: self.base.base_count], own])
+                found += [pair, self._explained(alone, begun)]
+        return found
 
     def set_free(self, followed: Fit) -> Fit:
         """The fit of a simulation that nothing corrects, begun where a followed one ended."""

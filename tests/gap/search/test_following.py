@@ -222,22 +222,36 @@ def test_a_second_effect_is_found_beside_the_gap() -> None:
     assert search.partners(best) == []
 
 
+WARM = (0.3, 8.0)
+
+
 @pytest.mark.parametrize("half_gap", [HALF_GAP, 0.0], ids=["a gap", "none"])
 def test_beside_an_effect_that_drives_it_the_gap_is_followed(half_gap: float) -> None:
     """Followed alone it is no better than noise: what the other effect does is lost to the corrections."""
     drifting = BASE.with_effect(GainDrift())
-    warm = (0.3, 8.0)
     both = drifting.with_effect(DynamicBacklash()) if half_gap else drifting
-    measured = noisy(both.simulate(np.concatenate([NOMINAL, warm, *[[half_gap]] * bool(half_gap)])))
-    host = fit(drifting, measured, drifting.to_coordinates(np.append(NOMINAL, warm)), PLAIN)
+    measured = noisy(both.simulate(np.concatenate([NOMINAL, WARM, *[[half_gap]] * bool(half_gap)])))
+    host = fit(drifting, measured, drifting.to_coordinates(np.append(NOMINAL, WARM)), PLAIN)
     search = following(measured, (DynamicBacklash(), GainDrift()))
     assert search.found(origins(measured), [host]) == []
     found = search.beside([host])
-    assert [e.labels for e in found] == [("backlash", "gain_drift")] * bool(half_gap)
-    for pair in found:
+    assert [e.labels for e in found] == [("backlash", "gain_drift"), ("backlash",)] * bool(half_gap)
+    for pair, alone in zip(found[::2], found[1::2], strict=True):
+        assert pair.log_evidence > alone.log_evidence + CHAOS_MARGIN
         change, _, size = pair.fit.values[-3:]
-        assert (change, size) == pytest.approx((warm[0], half_gap), rel=0.1)
+        assert (change, size) == pytest.approx((WARM[0], half_gap), rel=0.1)
         assert pair.encoder_sigma == pytest.approx(SIGMA, rel=0.25)
+
+
+def test_an_effect_that_is_not_there_drives_no_gap(gap: tuple[list[FloatArray], list[Fit]]) -> None:
+    """The gap alone, from where both ended, is no less likely."""
+    measured, bases = gap
+    drifting = BASE.with_effect(GainDrift())
+    host = fit(drifting, measured, drifting.to_coordinates(np.append(bases[1].values, (0.01, 8.0))), PLAIN)
+    pair, alone = following(measured, (DynamicBacklash(), GainDrift())).beside([host])
+    assert pair.labels == ("backlash", "gain_drift") and alone.labels == ("backlash",)
+    assert pair.log_evidence < alone.log_evidence + 10
+    assert alone.fit.values[-1] == pytest.approx(HALF_GAP, rel=0.15)
 
 
 def test_only_a_spring_that_is_among_the_leading_effects_is_followed(
