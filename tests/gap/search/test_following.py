@@ -245,9 +245,9 @@ def test_beside_an_effect_that_drives_it_the_gap_is_followed(half_gap: float) ->
 
 def test_an_effect_that_is_not_there_drives_no_gap(gap: tuple[list[FloatArray], list[Fit]]) -> None:
     """The gap alone, from where both ended, is no less likely."""
-    measured, bases = gap
+    measured, _ = gap
     drifting = BASE.with_effect(GainDrift())
-    host = fit(drifting, measured, drifting.to_coordinates(np.append(bases[1].values, (0.01, 8.0))), PLAIN)
+    host = evaluated(drifting, measured, drifting.to_coordinates(np.append(NOMINAL, (0.05, 8.0))), PLAIN)
     pair, alone = following(measured, (DynamicBacklash(), GainDrift())).beside([host])
     assert pair.labels == ("backlash", "gain_drift") and alone.labels == ("backlash",)
     assert pair.log_evidence < alone.log_evidence + 10
