@@ -89,8 +89,10 @@ class Trail:
     def with_faults(self) -> tuple[Trail, bool]:
         """Under the weights that faults of the readings ask for, if there are any that were not seen before;
         whether there are."""
-        faults = self.readings if self.readings.nats else read_faults(self.fit)
-        if self.readings.nats or not faults.nats:
+        if self.readings.nats:
+            return self, False
+        faults = read_faults(self.fit)
+        if not faults.nats:
             return self, False
         base, fit, whole, faults = under(faults, self.base, self.fit, self.whole)
         return replace(self, fit=fit, base=base, whole=whole, readings=faults), True
