@@ -108,6 +108,13 @@ def joined(host: Fit, candidates: Sequence[Candidate]) -> tuple[Hypothesis, Floa
     return hypothesis, hypothesis.to_coordinates(values)
 
 
+def part_of(several: Fit, number: int, base: Hypothesis) -> tuple[Hypothesis, FloatArray]:
+    """Of a fit of several effects the one of this number alone beside `base`, and its coordinates there."""
+    own = several.coordinates[several.hypothesis.effect_rows[number]]
+    alone = base.with_effect(several.hypothesis.effects[number])
+    return alone, np.concatenate([several.coordinates[: base.base_count], own])
+
+
 def candidate_of(single: Fit) -> Candidate:
     """The effect of a single fit at its estimate."""
     count = single.hypothesis.base_count

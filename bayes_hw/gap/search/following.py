@@ -21,7 +21,7 @@ from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.explanation import CHAOS_MARGIN, Explanation, with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
-from bayes_hw.gap.fit.joint_fits import joined
+from bayes_hw.gap.fit.joint_fits import joined, part_of
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.screen import Screen, best_forms
 from bayes_hw.gap.simulate.builder import Followed
@@ -108,11 +108,8 @@ class Following:
         for host in hosts:
             others = [e for e in self.effects if e.label not in host.hypothesis.labels]
             for pair in replace(self, base=host.hypothesis, effects=others).found([host], []):
-                hypothesis, coordinates = pair.fit.hypothesis, pair.fit.coordinates
-                alone = replace(self.base, followed=hypothesis.followed).with_effect(hypothesis.effects[-1])
-                own = coordinates[hypothesis.effect_rows[-1]]
-                begun = np.concatenate([coordinates[: self.base.base_count], own])
-                found += [pair, self._explained(alone, begun)]
+                followed = replace(self.base, followed=pair.fit.hypothesis.followed)
+                found += [pair, self._explained(*part_of(pair.fit, -1, followed))]
         return found
 
     def set_free(self, followed: Fit) -> Fit:

@@ -13,7 +13,7 @@ from bayes_hw.gap.effects.effect import Effect, everywhere_periodic
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.fit.fit import Fit, fit
 from bayes_hw.gap.fit.hypothesis import Candidate, Hypothesis
-from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each
+from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each, part_of
 from bayes_hw.gap.search.joint_screen import promising_pairs
 from bayes_hw.gap.search.screen import Screen, best_forms, distinct
 
@@ -129,9 +129,7 @@ class PairSearch:
     def _without_one(self, part: tuple[Fit, int]) -> Fit:
         """One effect of a pair alone, from where the pair found it: a single fit may miss that minimum."""
         pair, kept = part
-        hypothesis = self.base.with_effect(pair.hypothesis.effects[kept])
-        own = pair.coordinates[pair.hypothesis.effect_rows[kept]]
-        start = np.concatenate([pair.coordinates[: self.base.base_count], own])
+        hypothesis, start = part_of(pair, kept, self.base)
         return fit(hypothesis, self.joint.measured, start, self.joint.plain)
 
 

@@ -45,11 +45,11 @@ REFINED = 4
 """Single effects that are tried in forms of more parameters."""
 
 RESTARTED = 3
-FOLLOWED_BESIDE = 3
-"""Single effects beside which rugged motion is followed."""
-
 LEADERS = 2
 """Labels of which the best fit is begun again near where it ended, before a second effect is sought."""
+
+FOLLOWED_BESIDE = 3
+"""Labels whose best single fit rugged motion is followed beside."""
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from bayes_hw.gap.effects.linear import TransportDelay
 from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.fit import joint_fits
 from bayes_hw.gap.fit.explanation import with_coloured_noise
-from bayes_hw.gap.fit.fit import Fit
+from bayes_hw.gap.fit.fit import Fit, evaluated
 from bayes_hw.gap.fit.hypothesis import Candidate
-from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each
+from bayes_hw.gap.fit.joint_fits import JointFits, candidate_of, cheapest_of_each, joined, part_of
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.simulate.parallel import Each
 
@@ -48,6 +48,19 @@ def test_the_effect_that_is_there_comes_first_at_its_true_size(fits: tuple[Joint
     assert candidate.effect.label == "transport_delay"
     assert abs(candidate.values[0] - DELAY) < 0.02
     assert found[0].rmse < 1.02 * SIGMA < found[1].rmse
+
+
+@pytest.mark.parametrize("number", [0, 1, -1])
+def test_a_part_keeps_the_base_and_its_own_numbers(fits: tuple[JointFits, list[Fit]], number: int) -> None:
+    """It is what each effect was joined from."""
+    joint, found = fits
+    host = evaluated(BASE, joint.measured, found[0].coordinates[: BASE.base_count], joint.plain)
+    two = [Candidate(CommandBias(), (1e-4,), 0.0), Candidate(GainAsymmetry(), (1.01,), 0.0)]
+    both, coordinates = joined(host, two)
+    hypothesis, part = part_of(evaluated(both, joint.measured, coordinates, joint.plain), number, BASE)
+    alone, own = joined(host, [two[number]])
+    assert hypothesis.labels == alone.labels
+    np.testing.assert_allclose(part, own)
 
 
 def test_every_combination_stands_once_best_first(fits: tuple[JointFits, list[Fit]]) -> None:

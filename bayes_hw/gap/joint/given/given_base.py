@@ -13,10 +13,9 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.base_cascade import natural_scale
 from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.given.base_starts import limit_starts, unreached_starts
-from bayes_hw.gap.joint.given.free_shape import free_shape
 from bayes_hw.gap.joint.given.given_model import GivenModel
 from bayes_hw.gap.joint.given.given_response import GivenFit, GivenResponse
-from bayes_hw.gap.joint.given.given_rivals import is_shape
+from bayes_hw.gap.joint.given.given_rivals import shape_beyond
 from bayes_hw.gap.joint.residuals.readings import Readings, glitches_read_again, read_faults
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.identify.experiment import white_noise_level
@@ -33,9 +32,10 @@ def base_and_readings(records: Sequence[Record], model: HammersteinWiener) -> tu
     """The model without effects under the weights that the readings' faults ask for."""
     base = best_base(records, model)
     readings = read_faults(base)
-    if "timing_jitter.sd" in readings.parameters and is_shape(base, base):
+    shape = shape_beyond(base, base) if "timing_jitter.sd" in readings.parameters else None
+    if shape is not None:
         # What is wrong by position is wrong by speed too.
-        readings = read_faults(free_shape(base))
+        readings = read_faults(shape)
     if not readings.nats:
         return base, readings
     base = reweighted(base, readings)

@@ -51,7 +51,8 @@ def instead_of(
     """
     effects = [label for label in nats if label not in SLOW]
     if not effects:
-        return {OTHER: free_shape(base)} if is_shape(base, highest([base, fit])) else {}
+        shape = shape_beyond(base, highest([base, fit]))
+        return {} if shape is None else {OTHER: shape}
     if time_is_up():
         return {}
     strongest = max(effects, key=lambda label: nats[label])
@@ -125,13 +126,19 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
     return [named_by_sight(one.descended()) for one in ended]
 
 
-def is_shape(base: GivenFit, best: GivenFit) -> bool:
-    """Whether an error of the reading over position explains everything, and far more than `best` does: then
-    nothing more is to be sought. Where the base leaves white noise there is nothing to explain."""
+def shape_beyond(base: GivenFit, best: GivenFit) -> GivenFit | None:
+    """An error of the reading over position if it explains everything, and far more than `best` does: then
+    nothing more is to be sought. None else, and where the base leaves white noise: nothing is to be explained
+    there."""
     if base.noise_order <= 1 and best is base:
-        return False
+        return None
     shape = free_shape(base)
-    return shape.point.whitener.order <= 1 and shape.score > best.score + SHAPE_LEAD
+    return shape if shape.point.whitener.order <= 1 and leads(shape, best) else None
+
+
+def leads(shape: GivenFit, best: GivenFit) -> bool:
+    """Whether a shape without a name explains far more than `best` does."""
+    return shape.score > best.score + SHAPE_LEAD
 
 
 def _is_begun_anywhere(fit: GivenFit) -> bool:

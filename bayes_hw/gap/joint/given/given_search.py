@@ -25,7 +25,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     with_signals,
 )
 from bayes_hw.gap.joint.given.given_response import GivenFit
-from bayes_hw.gap.joint.given.given_rivals import instead_of, is_shape, likelier, plainly_named
+from bayes_hw.gap.joint.given.given_rivals import instead_of, leads, likelier, plainly_named, shape_beyond
 from bayes_hw.gap.joint.given.given_trail import Trail
 from bayes_hw.gap.joint.given.given_verification import is_doubtful, verified
 from bayes_hw.gap.joint.given.second_labels import beside_each, both_instead, second_to
@@ -108,7 +108,7 @@ def _extended(base: GivenFit, readings: Readings, say: Callable[[str], None]) ->
     trail = replace(trail, fit=pruned(trail.fit))
     alone = max((one.score for one in slow), default=-np.inf)
     more = trail.fit.noise_order > 1 or trail.fit.score < alone
-    if slow and more and trail.base is trail.whole and not is_shape(base, trail.fit):
+    if slow and more and trail.base is trail.whole and shape_beyond(base, trail.fit) is None:
         found = trail.fit.score - base.score
         if trail.fit.labels and alone - base.score < CONTEST_SHARE * found:
             beside = highest([trail.fit, *slow_causes(trail.fit)])
@@ -210,9 +210,10 @@ def _followed(
             break
         trail = trail.knowing(trials)
         best = settled(with_base_anew(explained_slowly(finer(highest(trials)))))
-        if trail.is_bare and is_shape(trail.base, highest([fit, best])):
+        shape = shape_beyond(trail.base, highest([fit, best])) if trail.is_bare else None
+        if shape is not None:
             best = highest([fit, best, *both_over_position(fit)])
-            if is_shape(trail.base, best):
+            if leads(shape, best):
                 say("a function of position explains far more")
                 return replace(trail, fit=best)
         doubtful = is_doubtful(best, fit, trail.base, trail.readings)

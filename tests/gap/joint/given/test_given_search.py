@@ -311,7 +311,7 @@ def test_beside_a_first_label_that_is_too_small_to_be_verified_none_is_sought(
             return [to]
 
         monkeypatch.setattr(given_search, "_trials", trials)
-        monkeypatch.setattr(given_search, "is_shape", lambda *_: False)
+        monkeypatch.setattr(given_search, "shape_beyond", lambda *_: None)
         trail = given_search._followed(base, read_faults(base), lambda _: None)
         assert trail.fit.labels == ("command_bias",)
         steps[bool(trail.fit.score > base.score + 25)] = len(begun)
