@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bayes_hw.gap.joint.fit.joint_fit import LABEL_PRICE_NATS, highest
+from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given.base_starts import with_nominal_modes
@@ -20,7 +20,6 @@ from bayes_hw.gap.joint.search.effect_moves import (
     other_forms,
 )
 from bayes_hw.gap.joint.search.structural import explained_slowly
-from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.time_budget import time_is_up
 
 FURTHER_HZ = 18
@@ -137,15 +136,7 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
 
 
 def is_a_mode(fit: GivenFit) -> bool:
-    """Whether the further mode of a fit is one of the structure, which has damping of its own, and what it
-    explains is not done by the roots that it loosens: with its zeros at its poles more is lost than it
-    costs."""
-    at = fit.response.first_of_mode
-    damping = float(fit.theta[at + 1])
-    if not LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END:
-        return False
-    coordinates = fit.point.coordinates.copy()
-    coordinates[at + FURTHER // 2 : at + FURTHER] = coordinates[at : at + FURTHER // 2]
-    idle = evaluate(fit.response, coordinates, fit.point.whitener)
-    price = LABEL_PRICE_NATS + 0.5 * FURTHER * float(np.log(fit.point.samples))
-    return fit.point.log_likelihood - idle.log_likelihood > price
+    """Whether the further mode of a fit is one of the structure, which has damping of its own. Its zeros may
+    stand at its poles: then the roots that it loosens are what the model has wrong."""
+    damping = float(fit.theta[fit.response.first_of_mode + 1])
+    return LIGHTEST + AT_AN_END < damping < HEAVIEST - AT_AN_END

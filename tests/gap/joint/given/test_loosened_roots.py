@@ -10,8 +10,8 @@ from joint_axis import SIGMA, measured, model
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.given.given_base import best_base
-from bayes_hw.gap.joint.given.given_model import HEAVIEST
-from bayes_hw.gap.joint.given.given_moves import is_a_mode
+from bayes_hw.gap.joint.given.given_model import HEAVIEST, LIGHTEST
+from bayes_hw.gap.joint.given.given_moves import further_modes, is_a_mode
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -51,31 +51,35 @@ def test_nothing_is_paid_where_nothing_is_told_of_the_roots(base: GivenFit) -> N
     assert super(GivenFit, lost).score - lost.score == pytest.approx(0.0, abs=1e-3)
 
 
-def _zeros_moved(fit: GivenFit, by: float) -> GivenFit:
-    coordinates = fit.point.coordinates.copy()
-    coordinates[len(fit.theta) - len(fit.response.given.loose_sd) - 2] += by
-    return replace(fit, point=evaluate(fit.response, coordinates))
+def _with_mode(fit: GivenFit, damping_ratio: float) -> GivenFit:
+    idle = fit.with_mode(1.2, damping_ratio)
+    coordinates = idle.point.coordinates.copy()
+    coordinates[len(idle.theta) - len(idle.response.given.loose_sd) - 2] += 0.4
+    return replace(idle, point=evaluate(idle.response, coordinates))
 
 
-def _seen(truth: GivenFit, explained: GivenFit) -> GivenFit:
-    """One explanation of what another one simulates, with noise."""
-    rng = np.random.default_rng(3)
-    records = [
-        replace(
-            r, y=truth.response.simulate(truth.values, r.u).y + 0.01 * SIGMA * rng.standard_normal(SAMPLES)
-        )
-        for r in truth.response.records
-    ]
-    response = replace(explained.response, records=records)
-    return replace(explained, response=response, point=evaluate(response, explained.point.coordinates))
+def test_a_mode_that_is_as_damped_as_may_be_is_none(base: GivenFit) -> None:
+    assert is_a_mode(_with_mode(base, 0.05))
+    assert not is_a_mode(_with_mode(base, float(np.exp(HEAVIEST))))
+    assert not is_a_mode(_with_mode(base, float(np.exp(LIGHTEST))))
 
 
-def test_a_mode_whose_zeros_stand_at_its_poles_is_none(base: GivenFit) -> None:
-    """What it explains is done by the roots that it loosens; nor is one that is as damped as may be."""
+def test_roots_of_g_that_are_not_the_models_are_a_mode_with_zeros_at_its_poles(base: GivenFit) -> None:
+    """A member whose own swing does not show moves the others: all that it does is linear, and the name of
+    what is linear and no delay is a mode."""
     idle = base.with_mode(1.2, 0.05)
-    mode = _zeros_moved(idle, 0.4)
-    assert is_a_mode(_seen(mode, mode))
-    assert not is_a_mode(_seen(idle, idle))
-    assert not is_a_mode(_seen(idle, _zeros_moved(idle, 1e-4)))
-    damped = _zeros_moved(base.with_mode(1.2, float(np.exp(HEAVIEST))), 0.4)
-    assert not is_a_mode(_seen(damped, damped))
+    loose = idle.response.given.loose_sd
+    end = len(idle.theta)
+    coordinates = idle.point.coordinates.copy()
+    coordinates[end - len(loose)] += np.log(1.4)
+    moved = replace(idle, point=evaluate(idle.response, coordinates))
+    rng, noise = np.random.default_rng(3), 0.1 * SIGMA
+    records = [
+        replace(r, y=moved.response.simulate(moved.values, r.u).y + noise * rng.standard_normal(SAMPLES))
+        for r in moved.response.records
+    ]
+    off = best_base(records, model())
+    assert off.point.rms > 1.3 * noise
+    (found,) = further_modes(off)
+    assert found.point.rms < 1.05 * noise
+    assert found.score > off.score + 20
