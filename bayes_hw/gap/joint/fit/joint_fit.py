@@ -303,6 +303,17 @@ class JointFit:
         effects[number] = replace(effects[number], ports=replace(ports, signal=True))
         return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
 
+    def with_motion_of_g(self, number: int) -> Self:
+        """An effect's law looks at the motion that G gives it, by a port that is free to bend it."""
+        values = self.values
+        effects = list(values.effects)
+        ports = effects[number].ports
+        assert ports is not None
+        plain = Ports.none(self.structure.real_poles, self.structure.sections)
+        ports = replace(plain, real=ports.real, sections=ports.sections, direct=ports.direct, signal=True)
+        effects[number] = replace(effects[number], ports=ports)
+        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+
     def with_form(self, number: int, form: Form, start: Sequence[float]) -> Self:
         """An effect in another form of one law's family, its ports kept."""
         values = self.values

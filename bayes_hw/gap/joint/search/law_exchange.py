@@ -72,13 +72,16 @@ def begun_in_its_place(fit: JointFit, known: Sequence[JointFit]) -> list[JointFi
 
 
 def misread(fit: AnyFit) -> list[AnyFit]:
-    """The fit with a ripple of its own as an error of the speed that the loop reads, its port held."""
+    """The fit with a ripple of its own as an error of the speed that the loop reads, its port held: begun
+    with the motion that the ripple looked at, and where that was its own with the one that G gives it, which
+    a free port may have bent."""
     found = []
     for number, effect in enumerate(fit.values.effects):
         if effect.form in AS_READING:
             read = fit.with_form(number, AS_READING[effect.form], effect.values.tolist())
-            held = held_point(read.response, read.point, number)
-            found += [] if held is None else [replace(read, point=held)]
+            for begun in (read, read.with_motion_of_g(number)) if effect.looks_at_states else (read,):
+                held = held_point(begun.response, begun.point, number)
+                found += [] if held is None else [replace(begun, point=held)]
     return found
 
 

@@ -151,3 +151,22 @@ def test_only_a_ripple_may_be_misread() -> None:
     records = measured((), 300, (1,))
     response = JointResponse(STRUCTURE, (), records, scale(300))
     assert misread(JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE))))) == []
+
+
+def test_a_reading_is_begun_over_the_motion_of_g_where_a_free_port_bent_it() -> None:
+    """Descents that keep how the port bends it end where less is explained."""
+    planted = _ripple(2.0 * held_ways(JointValues(CASCADE), 1)[:, 0])
+    response, values = response_with((planted,), SAMPLES)
+    noise = NOISE * np.random.default_rng(4).standard_normal(SAMPLES)
+    seen = record(response.simulate(values, command(SAMPLES, 1)).y + noise, 1)
+    bent = replace(
+        planted.ports or Ports.none(0, 1), signal=True, signal_sections=np.array([[80.0], [-80.0]])
+    )
+    own = replace(planted, ports=bent)
+    explained = JointResponse(STRUCTURE, (own,), [seen], scale(SAMPLES))
+    fit = JointFit(explained, evaluate(explained, explained.coordinates(JointValues(CASCADE, (own,)))))
+    assert fit.point.rms > 1.5 * NOISE
+    lost, found = misread(fit)
+    assert all(one.values.effects[0].looks_at_states for one in (lost, found))
+    assert found.point.rms < 1.05 * NOISE
+    assert found.score > lost.score + 10
