@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayes_hw.arrays import highest_peaks
 from bayes_hw.gap.joint.fit.joint_fit import highest
 from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
@@ -22,7 +23,9 @@ from bayes_hw.gap.joint.search.effect_moves import (
 from bayes_hw.gap.joint.search.structural import explained_slowly
 from bayes_hw.time_budget import time_is_up
 
-FURTHER_HZ = 18
+FURTHER_HZ, FURTHER_TRIED = 18, 3
+"""Of a further mode, frequencies and how many peaks of what they promise are tried."""
+
 FURTHER_DAMPING, AT_AN_END = 0.02, 0.05
 """Damping ratio that a further mode begins with, and the logarithm's distance from an end of its range."""
 
@@ -115,22 +118,23 @@ def later(fit: GivenFit) -> list[GivenFit]:
 
 
 def further_modes(fit: GivenFit) -> list[GivenFit]:
-    """The best fit with a further mode, from a grid of frequencies; none where the fit has one, or where that
-    ends at none."""
+    """The best fit with a further mode, begun where a grid of frequencies promises most; none where the fit
+    has one, or where that ends at none."""
     if MODE in fit.labels or time_is_up():
         return []
     rate = fit.response.scale.rate_hz
     records = fit.response.records
     lowest = max(0.05, 4 / max(record.duration_s for record in records))
     screens = noise_screens(fit)
-    promised = []
+    begun, promised = [], []
     for hz in np.geomspace(lowest, 0.42 * rate, FURTHER_HZ):
         larger = fit.with_mode(float(hz), FURTHER_DAMPING)
         at = larger.response.first_of_mode
         rows = [r[at : at + FURTHER] for r, _, _ in larger.response.linearise(larger.point.coordinates, 0)]
-        promised.append((max(screen.gain(rows) for screen in screens), larger))
-    promised.sort(key=lambda item: -item[0])
-    tried = [larger.descended(SECOND_STEPS) for _, larger in promised[:3]]
+        begun.append(larger)
+        promised.append(max(screen.gain(rows) for screen in screens))
+    peaks = highest_peaks(np.array(promised))[:FURTHER_TRIED]
+    tried = [begun[i].descended(SECOND_STEPS) for i in peaks]
     best = highest(tried).descended()
     return [best] if is_a_mode(best) else []
 
