@@ -21,9 +21,12 @@ from bayes_hw.commands.options import (
 from bayes_hw.errors import InputError
 
 if TYPE_CHECKING:
-    from bayes_hw.gap.case.case import Case, ReadRecord
-    from bayes_hw.gap.case.simulator_case import SimulatorCase
-    from bayes_hw.model.hammerstein_wiener import HammersteinWiener
+    import numpy as np
+
+    from bayes_hw.gap.case.case import ReadRecord
+    from bayes_hw.gap.diagnosis import Diagnosis
+    from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+    from bayes_hw.progress import Progress
     from bayes_hw.record import Record
     from bayes_hw.simulators.simulator_file import SimulatorFile
 
@@ -135,9 +138,13 @@ def _reader(parsed: argparse.Namespace) -> ReadRecord:
 
 def _from_model(parsed: argparse.Namespace, out: Path, folder: str | None) -> None:
     """Diagnose a model.json, or a case folder's; one of the very records is opened again."""
+    import numpy as np
+
     from bayes_hw.commands.speech import note
-    from bayes_hw.gap.any_train import needs_ports
+    from bayes_hw.gap.any_train import diagnose_around
     from bayes_hw.gap.case.case import Case
+    from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+    from bayes_hw.progress import Progress
 
     train, holdout = ([Path(p) for p in given] for given in (parsed.train, parsed.holdout))
     if folder is not None:
@@ -155,19 +162,39 @@ def _from_model(parsed: argparse.Namespace, out: Path, folder: str | None) -> No
         _joint(parsed, out, case.train, case.holdout, case.name, (OWN_MODEL,))
         return
     _warn_of_unused(parsed, ())
-    if not parsed.without and needs_ports(case.model):
-        _joint(parsed, out, case.train, case.holdout, case.name, (), case.model)
-        return
-    _diagnosed(parsed, out, case)
+    progress = Progress(parsed.quiet)
+    found = diagnose_around(
+        case,
+        np.random.default_rng(parsed.seed),
+        jobs=parsed.jobs,
+        without=frozenset(parsed.without),
+        progress=progress,
+        start=parsed.start,
+        drive=drive_of(parsed),
+        within_s=parsed.within,
+    )
+    if isinstance(found, JointDiagnosis):
+        _write_joint(parsed, out, found, [*case.train, *case.holdout], progress)
+    else:
+        _write(parsed, out, found, progress)
 
 
 def _from_simulator(parsed: argparse.Namespace, out: Path) -> None:
     """Diagnose a simulator of the user's: a file, which comes back corrected, or a function."""
+    import numpy as np
+
     from bayes_hw.commands.inputs import add_columns
     from bayes_hw.commands.speech import note
     from bayes_hw.gap.case.simulator import known_inputs
     from bayes_hw.gap.case.simulator_case import SimulatorCase, find_simulator
-    from bayes_hw.simulators.simulator_diagnosis import is_simulator_file, open_simulator, simulator_case
+    from bayes_hw.gap.diagnosis import diagnose
+    from bayes_hw.progress import Progress
+    from bayes_hw.simulators.simulator_diagnosis import (
+        full_simulator,
+        is_simulator_file,
+        open_simulator,
+        simulator_case,
+    )
 
     train, holdout = ([Path(p) for p in given] for given in (parsed.train, parsed.holdout))
     read, axis = _reader(parsed), None
@@ -190,7 +217,18 @@ def _from_simulator(parsed: argparse.Namespace, out: Path) -> None:
     if parsed.title:
         case = replace(case, name=parsed.title)
     _warn_of_unused(parsed, known_inputs(case.model))
-    _diagnosed(parsed, out, case, axis)
+    progress = Progress(parsed.quiet)
+    rng = np.random.default_rng(parsed.seed)
+    diagnosis = diagnose(
+        case,
+        rng,
+        jobs=parsed.jobs,
+        without=frozenset(parsed.without),
+        progress=progress,
+        full=None if axis is None else full_simulator(axis, parsed.jobs),
+        within_s=parsed.within,
+    )
+    _write(parsed, out, diagnosis, progress, axis, rng)
 
 
 def _warn_of_unused(parsed: argparse.Namespace, taken: Sequence[str]) -> None:
@@ -204,31 +242,21 @@ def _warn_of_unused(parsed: argparse.Namespace, taken: Sequence[str]) -> None:
         )
 
 
-def _diagnosed(
-    parsed: argparse.Namespace, out: Path, case: Case | SimulatorCase, axis: SimulatorFile | None = None
+def _write(
+    parsed: argparse.Namespace,
+    out: Path,
+    diagnosis: Diagnosis,
+    progress: Progress,
+    axis: SimulatorFile | None = None,
+    rng: np.random.Generator | None = None,
 ) -> None:
-    """Diagnose a case and write; `axis` is its simulator where that is a file."""
-    import numpy as np
-
+    """Write what was found around a drive train or a simulator, back into `axis` where that is its file."""
     from bayes_hw.commands.speech import say, say_page
-    from bayes_hw.gap.diagnosis import diagnose
-    from bayes_hw.progress import Progress
     from bayes_hw.report.page.render import remove_pages, render
-    from bayes_hw.simulators.simulator_diagnosis import CORRECTED, full_simulator
+    from bayes_hw.simulators.simulator_diagnosis import CORRECTED
 
-    progress = Progress(parsed.quiet)
-    rng = np.random.default_rng(parsed.seed)
-    diagnosis = diagnose(
-        case,
-        rng,
-        jobs=parsed.jobs,
-        without=frozenset(parsed.without),
-        progress=progress,
-        full=None if axis is None else full_simulator(axis, parsed.jobs),
-        within_s=parsed.within,
-    )
     diagnosis.write(out)
-    if axis is not None:
+    if axis is not None and rng is not None:
         axis.write_corrected(diagnosis, out / CORRECTED, rng)
     remove_pages(out)
     if not parsed.no_report:
@@ -236,7 +264,7 @@ def _diagnosed(
         from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
         with progress.stage("report"):
-            records = [*case.train, *case.holdout]
+            records = [*diagnosis.case.train, *diagnosis.case.holdout]
             origin = provenance_of(parsed, records)
             page = diagnosis_report(diagnosis, origin)
             written = render(page, out)
@@ -339,38 +367,47 @@ def _joint(
     holdout: Sequence[Record],
     name: str,
     notes: Sequence[str],
-    model: HammersteinWiener | None = None,
     lead: int = 0,
 ) -> None:
-    """Infer structure (that of `model` where given), effect and noise together, and write; the first `lead`
-    samples held out only lead in."""
+    """Infer structure, effect and noise together, and write; the first `lead` samples held out only lead
+    in."""
     import numpy as np
 
-    from bayes_hw.commands.speech import say, say_page, warn
-    from bayes_hw.gap.effects.catalogue import known_labels
-    from bayes_hw.gap.effects.labels import LABEL_BLOCKS
     from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
     from bayes_hw.progress import Progress
-    from bayes_hw.report.page.render import remove_pages, render
 
-    if added := [label for label in known_labels() if label not in LABEL_BLOCKS]:
-        warn(f"effects of other packages are tried around a drive train alone, not here: {', '.join(added)}")
     progress = Progress(parsed.quiet)
-    rng = np.random.default_rng(parsed.seed)
     diagnosis = diagnose_records(
         train,
         holdout,
-        rng,
+        np.random.default_rng(parsed.seed),
         name=name,
         notes=notes,
         progress=progress,
         lead=lead,
         drive=drive_of(parsed),
-        model=model,
         start=parsed.start,
         jobs=parsed.jobs,
         within_s=parsed.within,
     )
+    _write_joint(parsed, out, diagnosis, [*train, *holdout], progress)
+
+
+def _write_joint(
+    parsed: argparse.Namespace,
+    out: Path,
+    diagnosis: JointDiagnosis,
+    records: Sequence[Record],
+    progress: Progress,
+) -> None:
+    """Write what was found without a drive train from all `records`."""
+    from bayes_hw.commands.speech import say, say_page, warn
+    from bayes_hw.gap.effects.catalogue import known_labels
+    from bayes_hw.gap.effects.labels import LABEL_BLOCKS
+    from bayes_hw.report.page.render import remove_pages, render
+
+    if added := [label for label in known_labels() if label not in LABEL_BLOCKS]:
+        warn(f"effects of other packages are tried around a drive train alone, not here: {', '.join(added)}")
     diagnosis.write(out)
     remove_pages(out)
     if not parsed.no_report:
@@ -378,11 +415,10 @@ def _joint(
         from bayes_hw.report.diagnosis.joint_report import joint_report
 
         with progress.stage("report"):
-            origin = provenance_of(parsed, [*train, *holdout])
-            page = joint_report(diagnosis, origin)
+            page = joint_report(diagnosis, provenance_of(parsed, list(records)))
             written = render(page, out)
         say_page(page, written)
     else:
         say(diagnosis.sentence())
         say(f"verdict: {out / 'verdict.json'}")
-    say_next(parsed, *after_records(out, diagnosis.verdict.answer, train))
+    say_next(parsed, *after_records(out, diagnosis.verdict.answer, diagnosis.train))

@@ -1,52 +1,99 @@
 """Diagnosis around a given model whatever its drive train: read back from G where that is possible, through
-ports on G's poles where it is not."""
+ports on G's poles where it is not, or where what the train allows leaves something without a name."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.calibration import Calibration
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis
+from bayes_hw.gap.joint.answer.advice import Drive
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.gap.simulate.chain_builder import ChainBuilder
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
 
+ASKED_AGAIN = (
+    "with the drive train read back from G no entry of the catalogue explained the gap; what is named here "
+    "was found through ports on the poles of G, which need no drive train"
+)
+"""Said where both were asked."""
+
+
+def has_ports(model: HammersteinWiener) -> bool:
+    """Whether G answers behind a delay, so that torques can enter through its poles."""
+    linear = model.linear
+    return len(linear.poles) > len(linear.zeros) or linear.delay_samples > 0
+
 
 def needs_ports(model: HammersteinWiener) -> bool:
     """Whether G is not that of the drive train that can be read back, and answers behind a delay."""
-    linear = model.linear
-    behind = len(linear.poles) > len(linear.zeros) or linear.delay_samples > 0
-    return behind and ChainBuilder(model).reference is None
+    return has_ports(model) and ChainBuilder(model).reference is None
 
 
-def diagnose_by_ports(
+def diagnose_around(
     case: Case,
     rng: np.random.Generator,
     *,
-    notes: Sequence[str] = (),
+    jobs: int = 1,
+    without: frozenset[str] = frozenset(),
+    calibration: Calibration | None = None,
     progress: Progress | None = None,
     start: Start = "auto",
+    drive: Drive | None = None,
     within_s: float = float("inf"),
-) -> JointDiagnosis:
-    """Diagnose a case around its model without any drive train; raises InputError on a direct path."""
-    return diagnose_records(
+) -> Diagnosis | JointDiagnosis:
+    """Diagnose a case around its model; labels `without` are struck from the catalogue, as ports cannot.
+
+    What is known of the `drive`, and the `start` of records held out, concern what is found through ports.
+    """
+    by_train = None
+    if without or not needs_ports(case.model):
+        by_train = diagnosis.diagnose(
+            case,
+            rng,
+            jobs=jobs,
+            without=without,
+            calibration=calibration,
+            progress=progress,
+            within_s=within_s,
+        )
+        within_s -= by_train.verdict.seconds
+        explained = OTHER not in by_train.verdict.answer
+        if explained or without or within_s <= 0 or not has_ports(case.model):
+            return by_train
+    if by_train is not None and progress is not None:
+        progress.say("no entry of the catalogue explains it: asked again through ports on the poles of G")
+    by_ports = diagnose_records(
         case.train,
         case.holdout,
         rng,
         name=case.name,
-        notes=notes,
         progress=progress,
+        drive=drive,
         model=case.model,
         start=start,
+        jobs=jobs,
         within_s=within_s,
     )
+    return by_ports if by_train is None else _better_named(by_train, by_ports)
+
+
+def _better_named(by_train: Diagnosis, by_ports: JointDiagnosis) -> Diagnosis | JointDiagnosis:
+    """Of a diagnosis that leaves something without a name and one through ports, the second where it names
+    something, and all there was time for."""
+    verdict = by_ports.verdict
+    if not set(verdict.answer) - {OTHER} or by_ports.found.cut_short:
+        return by_train
+    seconds = by_train.verdict.seconds + verdict.seconds
+    return replace(by_ports, verdict=replace(verdict, seconds=seconds, notes=(ASKED_AGAIN, *verdict.notes)))
 
 
 def diagnose_any_case(
@@ -61,22 +108,13 @@ def diagnose_any_case(
 ) -> Diagnosis | JointDiagnosis:
     """Diagnose the case in `folder`, results to `out`; with labels struck and the search cut short as
     `diagnose_case` does."""
-    case = Case.read(folder)
-    if without or not needs_ports(case.model):
-        return diagnosis.diagnose_case(
-            folder, out, seed, jobs=jobs, without=without, calibration=calibration, within_s=within_s
-        )
-    return _through_ports(case, out, seed, within_s)
-
-
-def diagnose_case_by_ports(
-    folder: Path, out: Path, seed: int, within_s: float = float("inf")
-) -> JointDiagnosis:
-    """As `diagnose_any_case`, through ports even where the drive train can be read back."""
-    return _through_ports(Case.read(folder), out, seed, within_s)
-
-
-def _through_ports(case: Case, out: Path, seed: int, within_s: float) -> JointDiagnosis:
-    found = diagnose_by_ports(case, np.random.default_rng(seed), within_s=within_s)
+    found = diagnose_around(
+        Case.read(folder),
+        np.random.default_rng(seed),
+        jobs=jobs,
+        without=frozenset(without.split(",")) - {""},
+        calibration=calibration,
+        within_s=within_s,
+    )
     found.write(out)
     return found

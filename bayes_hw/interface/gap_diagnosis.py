@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from bayes_hw.errors import InputError
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.verdict import Verdict
-from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
+from bayes_hw.gap.any_train import diagnose_around
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint import joint_diagnosis
 from bayes_hw.gap.joint.joint_diagnosis import OWN_MODEL, JointDiagnosis
@@ -152,9 +152,9 @@ def diagnose(
         posing = Case.of_records(simulator.name, simulator, records, held_out)
         case, notes = posing.posed(origin=origin, start=start, accepted=accept)
         warn_of(notes)
-        if not labels and needs_ports(case.model):
-            return GapDiagnosis(diagnose_by_ports(case, rng, start=start, within_s=within_s))
-        return GapDiagnosis(diagnosis.diagnose(case, rng, jobs=number, without=labels, within_s=within_s))
+        return GapDiagnosis(
+            diagnose_around(case, rng, jobs=number, without=labels, start=start, within_s=within_s)
+        )
 
 
 def _of_records(

@@ -184,7 +184,7 @@ def test_a_model_of_these_very_records_is_opened_again(
         raise InputError("around the model")
 
     monkeypatch.setattr(joint_diagnosis, "diagnose_records", together)
-    monkeypatch.setattr(gap_diagnosis, "diagnose_by_ports", around)
+    monkeypatch.setattr(gap_diagnosis, "diagnose_around", around)
     own, held_out = shown["records"], Record.read("holdout.csv")
     with pytest.raises(InputError, match=r"identified from these very records.* 30"):
         bayes_hw.diagnose(estimate, own, held_out, within_s=30)

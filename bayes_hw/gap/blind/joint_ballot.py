@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.files import read_small_text, write_json
-from bayes_hw.gap import any_train
+from bayes_hw.gap.any_train import diagnose_any_case
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
 from bayes_hw.gap.joint.decision.joint_decision import JointEvidence
-from bayes_hw.gap.joint.joint_diagnosis import diagnose_records
+from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis, diagnose_records
 from bayes_hw.record import Record
 
 EVIDENCE, GIVEN_EVIDENCE = "joint_evidence.json", "given_evidence.json"
@@ -32,12 +32,9 @@ def diagnose_from_records(folder: Path, out: Path, seed: int, within_s: float = 
 
 
 def diagnose_given_model(folder: Path, out: Path, seed: int, within_s: float = float("inf")) -> None:
-    """Diagnose the case in FOLDER as `diagnose_any_case` does; where its train is not read back,
+    """Diagnose the case in FOLDER as `diagnose_any_case` does; where that went through ports,
     OUT/given_evidence.json too."""
-    case = Case.read(folder)
-    if not any_train.needs_ports(case.model):
-        any_train.diagnose_any_case(folder, out, seed, within_s=within_s)
-        return
-    found = any_train.diagnose_case_by_ports(folder, out, seed, within_s).found
-    evidence = GivenEvidence.of(found, case.model.noise_sigma).to_dict()
-    write_json(out / GIVEN_EVIDENCE, evidence, None)
+    diagnosis = diagnose_any_case(folder, out, seed, within_s=within_s)
+    if isinstance(diagnosis, JointDiagnosis):
+        sigma = Case.read(folder).model.noise_sigma
+        write_json(out / GIVEN_EVIDENCE, GivenEvidence.of(diagnosis.found, sigma).to_dict(), None)

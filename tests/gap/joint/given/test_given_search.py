@@ -22,7 +22,7 @@ from scipy.signal import lfilter
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
-from bayes_hw.gap.any_train import diagnose_by_ports, needs_ports
+from bayes_hw.gap.any_train import diagnose_around, needs_ports
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.answer.corrected_model import simulate_corrected
 from bayes_hw.gap.joint.fit.joint_fit import highest
@@ -160,7 +160,7 @@ def test_friction_is_found_and_its_base_held_and_corrected() -> None:
     axis = model(-0.37, 0.32, 0.97)
     assert needs_ports(axis)
     case = Case.of_records("case", axis, [train], [held_out])
-    found = diagnose_by_ports(case, np.random.default_rng(1), start="rest")
+    found = diagnose_around(case, np.random.default_rng(1), start="rest")
     assert found.verdict.answer == ("friction",)
     assert found.verdict.gap_holdout.closed > 0.8
     assert "no drive train was read back" in " ".join(found.verdict.notes)
