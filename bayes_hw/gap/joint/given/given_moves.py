@@ -139,6 +139,16 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
     return [best] if is_a_mode(best) else []
 
 
+def modes_beside(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """A further mode beside the best of every label, where the two leave nothing: while the poles of G are
+    held where the model has them, a label that is right may explain less than many a wrong one."""
+    best: dict[tuple[str, ...], GivenFit] = {}
+    for fit in sorted(fits, key=lambda t: -t.score):
+        best.setdefault(fit.labels, fit)
+    found = [t for fit in best.values() if len(set(fit.labels)) == 1 for t in further_modes(fit)]
+    return [t for t in found if t.noise_order <= 1]
+
+
 def is_a_mode(fit: GivenFit) -> bool:
     """Whether the further mode of a fit is one of the structure, which has damping of its own. Its zeros may
     stand at its poles: then the roots that it loosens are what the model has wrong."""

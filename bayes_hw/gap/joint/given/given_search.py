@@ -18,6 +18,7 @@ from bayes_hw.gap.joint.given.given_moves import (
     both_over_position,
     further_modes,
     later,
+    modes_beside,
     other_laws,
     pruned,
     something_is_left,
@@ -158,8 +159,9 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
 
     The label found first may stand in for two, or have gone where a second one should be: where it leaves
     noise of higher order, one more is sought beside each of `others` too. Where one of all these leaves noise
-    that is white or of the first order, no law is begun that looks at the states of G: there is nothing
-    more to be found. Nor beside a label where none of them gains what a start must.
+    that is white or of the first order, no law is begun that looks at the states of G, nor a label with a
+    mode at once: there is nothing more to be found. Nor is such a law begun beside a label where none of them
+    gains what a start must.
     """
     found = effect_candidates(begun, FORMS)
     moves: tuple[Callable[[], list[GivenFit]], ...] = (
@@ -170,6 +172,7 @@ def _one_more(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
         lambda: beside_each(others) if something_is_left(begun, []) else [],
         lambda: every_law(begun) if something_is_left(begun, found) and _one_pays(found, begun) else [],
         lambda: other_laws(highest(found)) if found else [],
+        lambda: modes_beside(found) if not begun.labels and something_is_left(begun, found) else [],
     )
     for move in moves:
         if not time_is_up():

@@ -17,6 +17,9 @@ from bayes_hw.gap.joint.search.effect_screen import Start, best_starts, screened
 from bayes_hw.time_budget import time_is_up
 
 STARTS_OF_A_LABEL = 3
+"""Acting at one place: what a start promises there tells little of another's, such as of a play at the output
+beside a gap in the drive."""
+
 FIRST_STEPS, SECOND_STEPS = 4, 8
 KEPT_STARTS, KEPT_LABELS, KEPT_AFTER = 16, 5, 2
 """Successive halving over starts and labels: steps given, and how many go on."""
@@ -61,10 +64,10 @@ def effect_candidates(fit: AnyFit, forms: Sequence[Form]) -> list[AnyFit]:
     if fit.noise_order <= 1:
         starts = [s for s in starts if max(s.gains) > LEAST_PROMISE]
     own = [
-        best_starts([s for s in starts if s.form.label == label], STARTS_OF_A_LABEL)
-        for label in dict.fromkeys(s.form.label for s in starts)
+        best_starts([s for s in starts if (s.form.label, s.form.place) == acting], STARTS_OF_A_LABEL)
+        for acting in dict.fromkeys((s.form.label, s.form.place) for s in starts)
     ]
-    chosen = [start for of_label in own for start in of_label]
+    chosen = [start for alike in own for start in alike]
     if fit.labels:
         chosen = beside_others(own)
     trials = [fit.with_effect(s.form, s.values) for s in chosen]
@@ -98,9 +101,10 @@ def _begun_under(order: int, trial: AnyFit) -> AnyFit:
 
 
 def beside_others(own: Sequence[Sequence[Start]]) -> list[Start]:
-    """Of the starts of every label the first, and those that promise most of all under either noise."""
-    every = [start for of_label in own for start in of_label]
-    kept = {id(of_label[0]) for of_label in own}
+    """Of the starts of every label at a place the first, and those that promise most of all under either
+    noise."""
+    every = [start for alike in own for start in alike]
+    kept = {id(alike[0]) for alike in own}
     for noise in range(min((len(start.gains) for start in every), default=0)):
         ranked = sorted(every, key=lambda s: -s.gains[noise])
         kept |= {id(start) for start in ranked[: KEPT_STARTS // 2]}
