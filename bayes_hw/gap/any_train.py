@@ -20,11 +20,12 @@ from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.posing import Start
 from bayes_hw.progress import Progress
 
+NOT_READ = "no drive train was read back from the model's G"
 ASKED_AGAIN = (
-    "with the drive train read back from G no entry of the catalogue explained the gap; what is named here "
-    "was found through ports on the poles of G, which need no drive train"
+    "with the drive train read back from the model's G no entry of the catalogue explained the gap: what is "
+    "named was found without it"
 )
-"""Said where both were asked."""
+"""Said of why ports were asked."""
 
 
 def has_ports(model: HammersteinWiener) -> bool:
@@ -76,6 +77,7 @@ def diagnose_around(
         case.holdout,
         rng,
         name=case.name,
+        notes=(NOT_READ if by_train is None else ASKED_AGAIN,),
         progress=progress,
         drive=drive,
         model=case.model,
@@ -93,7 +95,7 @@ def _better_named(by_train: Diagnosis, by_ports: JointDiagnosis) -> Diagnosis | 
     if not set(verdict.answer) - {OTHER} or by_ports.found.cut_short:
         return by_train
     seconds = by_train.verdict.seconds + verdict.seconds
-    return replace(by_ports, verdict=replace(verdict, seconds=seconds, notes=(ASKED_AGAIN, *verdict.notes)))
+    return replace(by_ports, verdict=replace(verdict, seconds=seconds))
 
 
 def diagnose_any_case(

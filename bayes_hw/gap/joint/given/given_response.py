@@ -198,8 +198,8 @@ class GivenFit(JointFit):
 
     def said_of_g(self) -> list[str]:
         return [
-            "no drive train was read back from the model's G: torques and speeds of the effects enter "
-            "through its poles, at weights of their own"
+            "torques and speeds of the effects enter through the poles of the model's G, at weights of their "
+            "own, so that no drive train is needed"
         ]
 
     def at(

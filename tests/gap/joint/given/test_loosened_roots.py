@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from joint_axis import SIGMA, measured, model
+from joint_axis import SIGMA, form, measured, model
 
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.given.given_base import best_base
-from bayes_hw.gap.joint.given.given_model import HEAVIEST, LIGHTEST
-from bayes_hw.gap.joint.given.given_moves import further_modes, is_a_mode
+from bayes_hw.gap.joint.given.given_model import FURTHER, HEAVIEST, LIGHTEST
+from bayes_hw.gap.joint.given.given_moves import further_modes, is_a_mode, modes_beside
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.identify.growth.descent import evaluate
 
@@ -83,3 +83,24 @@ def test_roots_of_g_that_are_not_the_models_are_a_mode_with_zeros_at_its_poles(b
     (found,) = further_modes(off)
     assert found.point.rms < 1.05 * noise
     assert found.score > off.score + 20
+
+
+def test_a_mode_beside_a_label_counts_where_the_two_leave_nothing(base: GivenFit) -> None:
+    """Of roots that are off and a bias: the bias with a mode, none of a wrong label with one."""
+    bias, asymmetry = form("command_bias"), form("gain_asymmetry")
+    idle = base.with_effect(bias, [0.1 * base.response.scale.speed]).with_mode(1.2, 0.05)
+    end, loose = idle.response.first_of_mode + FURTHER, idle.response.given.loose_sd
+    coordinates = idle.point.coordinates.copy()
+    coordinates[end : end + len(loose)] += np.where(np.arange(len(loose)) == 0, np.log(1.4), 0.0)
+    moved = replace(idle, point=evaluate(idle.response, coordinates))
+    rng, noise = np.random.default_rng(3), 0.1 * SIGMA
+    records = [
+        replace(r, y=moved.response.simulate(moved.values, r.u).y + noise * rng.standard_normal(SAMPLES))
+        for r in moved.response.records
+    ]
+    off = best_base(records, model())
+    alone = [off.with_effect(law, [0.0]).descended() for law in (bias, asymmetry)]
+    assert all(one.noise_order > 1 for one in alone)
+    (found,) = modes_beside(alone)
+    assert set(found.labels) == {"unmodelled_mode", "command_bias"}
+    assert found.point.rms < 1.05 * noise

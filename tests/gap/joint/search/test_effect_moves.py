@@ -12,6 +12,7 @@ from bayes_hw.crew import crew
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.response.joint_response import JointResponse
 from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
+from bayes_hw.gap.joint.search import effect_moves
 from bayes_hw.gap.joint.search.effect_moves import KEPT_STARTS, beside_others, effect_candidates, other_forms
 from bayes_hw.gap.joint.search.effect_screen import Start
 from bayes_hw.identify.growth.descent import evaluate
@@ -108,3 +109,19 @@ def test_limits_that_vary_with_position_are_held_against_either_form() -> None:
         moving = some_effect(form("saturation_drift", name))
         (found,) = other_forms(moving, scale(SAMPLES))
         assert found[0] is form("saturation_drift", other)
+
+
+def test_a_play_at_the_output_is_tried_whatever_a_gap_in_the_drive_promises(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Both are a backlash: a screen tells little of one that is far larger than the noise."""
+    play, gap = form("backlash", "kinematic"), form("backlash", "dynamic")
+    records = measured((Effect(play, np.array([20 * scale(600).sigma])),), 600, (1, 2))
+    response = JointResponse(STRUCTURE, (), records, scale(600))
+    fit = JointFit(response, evaluate(response, response.coordinates(JointValues(CASCADE)))).descended()
+    gains = {play: 1.0, gap: 1000.0}
+    starts = [Start(law, s, (nats,) * 2) for law, nats in gains.items() for s in law.starts(scale(600))]
+    monkeypatch.setattr(effect_moves, "screened", lambda *_: starts)
+    found = effect_candidates(fit, [play, gap])
+    assert found[0].names == ("backlash (kinematic)",)
+    assert found[0].noise_order <= 1
