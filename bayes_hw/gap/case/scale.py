@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayes_hw.gap.case.lattice import shortest_period
 from bayes_hw.model.hammerstein_wiener import HammersteinWiener
 from bayes_hw.record import Record, Units
 
@@ -15,7 +16,8 @@ from bayes_hw.record import Record, Units
 class AxisScale:
     """`rate` in Hz, `duration` of the longest record in s, `travel` and `sigma` in output units, `speed` in
     input units (the larger limit, or the largest command where no limit is reached), `stiffness` (km, kl) of
-    the drive train, `first_mode_hz`.
+    the drive train, `first_mode_hz`, `shortest` the shortest period of an error over position that is not of
+    the rounding itself, output units.
     """
 
     rate: float
@@ -27,6 +29,7 @@ class AxisScale:
     stiffness: tuple[float, float]
     velocity_gain: float
     units: Units
+    shortest: float = 0.0
 
     @property
     def output_speed(self) -> float:
@@ -56,4 +59,5 @@ def axis_scale(
         stiffness=stiffness,
         velocity_gain=abs(gain) if np.isfinite(gain) else 1.0,
         units=model.units,
+        shortest=shortest_period([record.y for record in records]),
     )

@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 from scipy.special import log_ndtr
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.lattice import lattice_step
 from bayes_hw.gap.noise.display_kernel import rounded_log_likelihood
 from bayes_hw.gap.noise.misfit import Misfit
 from bayes_hw.gap.noise.random_cause import ROUNDING
@@ -222,22 +223,6 @@ def _likeliest_white(rounded: RoundedLikelihood, simulated: Sequence[FloatArray]
     """The logarithm of white noise before the rounding, (1,), on a grid up to the step."""
     grid = np.log(rounded.step * np.geomspace(0.02, 1.0, 30))[:, None]
     return np.asarray(max(grid, key=lambda noise: _total(rounded, simulated, noise)))
-
-
-def lattice_step(measured: Sequence[FloatArray]) -> float:
-    """The step of the lattice on which all measured values lie, 0 where there is none."""
-    values = np.unique(np.concatenate(measured))
-    if len(values) < 3:
-        return 0.0
-    gaps = np.diff(values)
-    step = float(gaps[gaps > 1e-3 * np.median(gaps)].min())
-    if len(values) > 0.5 * sum(len(y) for y in measured) or step <= 0:
-        return 0.0
-    for _ in range(3):
-        index = np.round((values - values[0]) / step)
-        step = float(index @ (values - values[0]) / max(index @ index, 1.0))
-    off = np.abs((values - values[0]) / step - np.round((values - values[0]) / step))
-    return step if off.max() < 0.05 else 0.0
 
 
 def rounding_step(step: float, unit: str) -> dict[str, tuple[float, float, str]]:

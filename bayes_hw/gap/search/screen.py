@@ -173,8 +173,9 @@ class Screen:
 
     def _scanned(self, effect: PeriodicEffect, finely: bool) -> list[Candidate]:
         scale = self.base.hypothesis.scale
-        samples = SAMPLES_A_READING if effect.door == "output" else SAMPLES_A_PERIOD
-        followed = samples * scale.output_speed / scale.rate
+        is_reading = effect.door == "output"
+        samples = SAMPLES_A_READING if is_reading else SAMPLES_A_PERIOD
+        followed = max(samples * scale.output_speed / scale.rate, scale.shortest if is_reading else 0.0)
         shortest = followed if finely else max(SHORTEST_PERIOD_SHARE * scale.travel, followed)
         count = int(np.clip(4 * scale.travel / shortest, 10, MAX_FINE_PERIODS if finely else MAX_PERIODS))
         frequencies = np.linspace(0.3 / scale.travel, 1 / shortest, count)

@@ -8,6 +8,7 @@ from functools import cached_property
 from types import MappingProxyType
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.lattice import lattice_step
 from bayes_hw.gap.effects.effect import Effect
 from bayes_hw.gap.fit.explanation import Explanation, ShownHypothesis, with_stochastic
 from bayes_hw.gap.fit.fit import Fit, fit
@@ -15,7 +16,7 @@ from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.fit.joint_fits import joined
 from bayes_hw.gap.noise.kinds import ONE_CAUSE, TWO_CAUSES, FitNoise
 from bayes_hw.gap.noise.random_cause import JITTER, ROUNDING
-from bayes_hw.gap.noise.rounding import is_rounded, lattice_step, quantization
+from bayes_hw.gap.noise.rounding import is_rounded, quantization
 from bayes_hw.gap.noise.stochastic_fit import StochasticFit, autoregression
 from bayes_hw.gap.noise.whitener import Whitener
 from bayes_hw.gap.search.screen import Screen, best_forms

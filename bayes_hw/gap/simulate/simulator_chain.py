@@ -16,6 +16,7 @@ from scipy.signal import fftconvolve
 
 from bayes_hw.arrays import FloatArray
 from bayes_hw.errors import InputError
+from bayes_hw.gap.case.lattice import shortest_period
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.case.simulator import (
     Force,
@@ -265,4 +266,5 @@ def simulator_scale(simulator: Simulator, records: Sequence[Record], sigma: floa
         stiffness=stiffness,
         velocity_gain=1.4 * speed / commanded,
         units=simulator.units,
+        shortest=shortest_period([record.y for record in records]),
     )

@@ -12,13 +12,13 @@ from fitted import AXIS, SAMPLES, base, noise, of_records, outputs, walking, wit
 from test_slow_noise import gusts, seen
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.lattice import lattice_step
 from bayes_hw.gap.fit.explanation import with_coloured_noise
 from bayes_hw.gap.fit.fit import Fit
 from bayes_hw.gap.noise.random_cause import ROUNDING
 from bayes_hw.gap.noise.rounding import (
     RoundedDisplay,
     SecondRounding,
-    lattice_step,
     of_lattice,
     quantization,
 )

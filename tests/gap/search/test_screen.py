@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drive_axis import SIGMA, command, hypothesis, white
@@ -123,3 +125,17 @@ def test_a_small_torque_moves_the_axis_by_its_torque_path() -> None:
         expected += times * np.real(gain * (np.exp(pole * t) - 1) / pole)
     found = chain.small_responses("motor_torque", np.ones((400, 1)))[:, 0]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_no_error_of_the_reading_is_sought_at_the_step_of_the_rounding() -> None:
+    """A torque may be of any period: rounding is no torque."""
+    base = base_fit(EncoderEccentricity(), (0.012, 0.006, 0.05))
+    scale = replace(base.scale, shortest=0.15)
+    rounded = replace(base, hypothesis=replace(base.hypothesis, scale=scale))
+
+    def shortest(seen: Fit, effect: Effect) -> float:
+        return min(c.values[-1] for c in Screen(seen, Plain(base.rmse)).candidates(effect, finely=True))
+
+    assert shortest(base, EncoderEccentricity()) < 0.06
+    assert shortest(rounded, EncoderEccentricity()) > 0.14
+    assert shortest(rounded, TorqueRipple()) == shortest(base, TorqueRipple()) < 0.14

@@ -6,13 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.case.lattice import STEPS_OF_A_PERIOD
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.fit.structure_moves import pruned, regrown
 from bayes_hw.gap.joint.forms.effect_form import JointScale
 from bayes_hw.gap.joint.residuals.reading_parts import GLITCHES, PARTS, ROUNDING, Looked
-
-STEPS_OF_A_PERIOD = 3.0
-"""Of rounding: a shorter period in position is that of the rounding itself."""
 
 READ_AGAIN = 3
 """Times that readings are looked at again at most: under other weights an explanation is another one."""
