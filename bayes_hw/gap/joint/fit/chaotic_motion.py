@@ -22,25 +22,32 @@ def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray, IntArray]:
 
     The fit itself, or where its motion is chaotic, with the readings' corrections where an observer follows
     it, the same axis under the torques that the fit's laws gave: known inputs then, whose ports stay free and
-    whose laws' own parameters are not asked for. Raises FloatingPointError where derivatives overflow and no
-    torque is the reason.
+    whose laws' own parameters are not asked for. An axis that its law alone steadies, as an observer's may
+    be, overflows under held torques and not with its law: it is not chaotic. Raises FloatingPointError where
+    derivatives overflow either way.
     """
-    whole: FloatArray | None = None
-    try:
-        whole = fit.factor()
-    except FloatingPointError:
-        if not has_torques(fit):
-            raise
-    if whole is not None and not has_torques(fit):
-        return fit, whole, np.arange(fit.response.size)
+    whole = _finite_factor(fit)
+    every = np.arange(fit.response.size)
+    if not has_torques(fit):
+        return fit, fit.factor() if whole is None else whole, every
     held, where = _under_its_torques(fit)
-    factor, count = held.factor(), held.response.size
+    factor, count = _finite_factor(held), held.response.size
     if whole is not None:
+        if factor is None:
+            return fit, whole, every
         linear = np.linalg.norm(factor[:count, :count], axis=0)
         moved = np.abs(whole[:, where]).max(axis=0)
         if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
-            return fit, whole, np.arange(fit.response.size)
-    return held, factor, where
+            return fit, whole, every
+    return held, held.factor() if factor is None else factor, where
+
+
+def _finite_factor(fit: JointFit) -> FloatArray | None:
+    """Its `factor`, None where derivatives overflow."""
+    try:
+        return fit.factor()
+    except FloatingPointError:
+        return None
 
 
 def _under_its_torques(fit: JointFit) -> tuple[JointFit, IntArray]:

@@ -168,6 +168,33 @@ def test_where_a_torque_makes_derivatives_overflow_it_is_held(
     assert len(found) == held.response.size + 1 == len(where) + 1
 
 
+def test_an_axis_that_its_law_alone_steadies_is_drawn_about_with_its_law(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Derivatives that overflow under held torques tell nothing; where both overflow, it is said."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    response, values = response_with((rub,), SAMPLES)
+    fit = JointFit(response, evaluate(response, response.coordinates(values)))
+    plain = JointFit.factor
+
+    def unsteady(self: JointFit) -> FloatArray:
+        if not any(effect.is_own_law for effect in self.response.template):
+            raise FloatingPointError("derivatives are not finite")
+        return plain(self)
+
+    monkeypatch.setattr(JointFit, "factor", unsteady)
+    about, factor, where = drawn_about(fit)
+    assert about is fit
+    assert len(factor) == fit.response.size + 1 == len(where) + 1
+
+    def overflows(_: JointFit) -> FloatArray:
+        raise FloatingPointError("derivatives are not finite")
+
+    monkeypatch.setattr(JointFit, "factor", overflows)
+    with pytest.raises(FloatingPointError, match="not finite"):
+        drawn_about(fit)
+
+
 def test_under_held_torques_a_port_is_told_as_under_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
     """The law looks at the motor's speed, which its torque does not reach: the same derivatives."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
