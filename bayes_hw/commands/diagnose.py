@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from bayes_hw.gap.diagnosis import Diagnosis
     from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
     from bayes_hw.progress import Progress
+    from bayes_hw.provenance import Provenance
     from bayes_hw.record import Record
+    from bayes_hw.report.page.document import Report
     from bayes_hw.simulators.simulator_file import SimulatorFile
 
 NAME = "diagnose"
@@ -163,9 +165,10 @@ def _from_model(parsed: argparse.Namespace, out: Path, folder: str | None) -> No
         return
     _warn_of_unused(parsed, ())
     progress = Progress(parsed.quiet)
+    rng = np.random.default_rng(parsed.seed)
     found = diagnose_around(
         case,
-        np.random.default_rng(parsed.seed),
+        rng,
         jobs=parsed.jobs,
         without=frozenset(parsed.without),
         progress=progress,
@@ -176,7 +179,7 @@ def _from_model(parsed: argparse.Namespace, out: Path, folder: str | None) -> No
     if isinstance(found, JointDiagnosis):
         _write_joint(parsed, out, found, [*case.train, *case.holdout], progress)
     else:
-        _write(parsed, out, found, progress)
+        _write(parsed, out, found, progress, rng)
 
 
 def _from_simulator(parsed: argparse.Namespace, out: Path) -> None:
@@ -228,7 +231,7 @@ def _from_simulator(parsed: argparse.Namespace, out: Path) -> None:
         full=None if axis is None else full_simulator(axis, parsed.jobs),
         within_s=parsed.within,
     )
-    _write(parsed, out, diagnosis, progress, axis, rng)
+    _write(parsed, out, diagnosis, progress, rng, axis)
 
 
 def _warn_of_unused(parsed: argparse.Namespace, taken: Sequence[str]) -> None:
@@ -247,35 +250,52 @@ def _write(
     out: Path,
     diagnosis: Diagnosis,
     progress: Progress,
+    rng: np.random.Generator,
     axis: SimulatorFile | None = None,
-    rng: np.random.Generator | None = None,
 ) -> None:
     """Write what was found around a drive train or a simulator, back into `axis` where that is its file."""
-    from bayes_hw.commands.speech import say, say_page
-    from bayes_hw.report.page.render import remove_pages, render
+    from bayes_hw.commands.speech import say
     from bayes_hw.simulators.simulator_diagnosis import CORRECTED
 
-    diagnosis.write(out)
-    if axis is not None and rng is not None:
-        axis.write_corrected(diagnosis, out / CORRECTED, rng)
-    remove_pages(out)
-    if not parsed.no_report:
-        from bayes_hw.provenance import provenance_of
+    def page_of(origin: Provenance) -> Report:
         from bayes_hw.report.diagnosis.diagnosis_report import diagnosis_report
 
-        with progress.stage("report"):
-            records = [*diagnosis.case.train, *diagnosis.case.holdout]
-            origin = provenance_of(parsed, records)
-            page = diagnosis_report(diagnosis, origin)
-            written = render(page, out)
-    if parsed.no_report:
-        say(diagnosis.sentence())
-        say(f"verdict: {out / 'verdict.json'}")
-    else:
-        say_page(page, written)
+        return diagnosis_report(diagnosis, origin)
+
+    diagnosis.write(out)
+    if axis is not None:
+        axis.write_corrected(diagnosis, out / CORRECTED, rng)
+    records = [*diagnosis.case.train, *diagnosis.case.holdout]
+    _say(parsed, out, diagnosis, page_of, records, progress)
     if axis is not None:
         say(f"corrected simulator: {out / CORRECTED / 'simulate.py'}")
     say_next(parsed, *_next(parsed, out, diagnosis.verdict.answer))
+
+
+def _say(
+    parsed: argparse.Namespace,
+    out: Path,
+    diagnosis: Diagnosis | JointDiagnosis,
+    page_of: Callable[[Provenance], Report],
+    records: list[Record],
+    progress: Progress,
+) -> None:
+    """Render the page of a diagnosis of all `records` and say what it answers; its sentence without
+    one."""
+    from bayes_hw.commands.speech import say, say_page
+    from bayes_hw.report.page.render import remove_pages, render
+
+    remove_pages(out)
+    if parsed.no_report:
+        say(diagnosis.sentence())
+        say(f"verdict: {out / 'verdict.json'}")
+        return
+    from bayes_hw.provenance import provenance_of
+
+    with progress.stage("report"):
+        page = page_of(provenance_of(parsed, records))
+        written = render(page, out)
+    say_page(page, written)
 
 
 def _next(parsed: argparse.Namespace, out: Path, answer: Sequence[str]) -> list[str]:
@@ -397,28 +417,21 @@ def _write_joint(
     parsed: argparse.Namespace,
     out: Path,
     diagnosis: JointDiagnosis,
-    records: Sequence[Record],
+    records: list[Record],
     progress: Progress,
 ) -> None:
     """Write what was found without a drive train from all `records`."""
-    from bayes_hw.commands.speech import say, say_page, warn
+    from bayes_hw.commands.speech import warn
     from bayes_hw.gap.effects.catalogue import known_labels
     from bayes_hw.gap.effects.labels import LABEL_BLOCKS
-    from bayes_hw.report.page.render import remove_pages, render
+
+    def page_of(origin: Provenance) -> Report:
+        from bayes_hw.report.diagnosis.joint_report import joint_report
+
+        return joint_report(diagnosis, origin)
 
     if added := [label for label in known_labels() if label not in LABEL_BLOCKS]:
         warn(f"effects of other packages are tried around a drive train alone, not here: {', '.join(added)}")
     diagnosis.write(out)
-    remove_pages(out)
-    if not parsed.no_report:
-        from bayes_hw.provenance import provenance_of
-        from bayes_hw.report.diagnosis.joint_report import joint_report
-
-        with progress.stage("report"):
-            page = joint_report(diagnosis, provenance_of(parsed, list(records)))
-            written = render(page, out)
-        say_page(page, written)
-    else:
-        say(diagnosis.sentence())
-        say(f"verdict: {out / 'verdict.json'}")
+    _say(parsed, out, diagnosis, page_of, records, progress)
     say_next(parsed, *after_records(out, diagnosis.verdict.answer, diagnosis.train))

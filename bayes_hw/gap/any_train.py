@@ -4,6 +4,7 @@ ports on G's poles where it is not, or where what the train allows leaves someth
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -55,37 +56,36 @@ def diagnose_around(
 
     What is known of the `drive`, and the `start` of records held out, concern what is found through ports.
     """
-    by_train = None
-    if without or not needs_ports(case.model):
-        by_train = diagnosis.diagnose(
-            case,
-            rng,
-            jobs=jobs,
-            without=without,
-            calibration=calibration,
-            progress=progress,
-            within_s=within_s,
-        )
-        within_s -= by_train.verdict.seconds
-        explained = OTHER not in by_train.verdict.answer
-        if explained or without or within_s <= 0 or not has_ports(case.model):
-            return by_train
-    if by_train is not None and progress is not None:
-        progress.say("no entry of the catalogue explains it: asked again through ports on the poles of G")
-    by_ports = diagnose_records(
+    through_ports = partial(
+        diagnose_records,
         case.train,
         case.holdout,
         rng,
         name=case.name,
-        notes=(NOT_READ if by_train is None else ASKED_AGAIN,),
         progress=progress,
         drive=drive,
         model=case.model,
         start=start,
         jobs=jobs,
+    )
+    if not without and needs_ports(case.model):
+        return through_ports(notes=(NOT_READ,), within_s=within_s)
+    by_train = diagnosis.diagnose(
+        case,
+        rng,
+        jobs=jobs,
+        without=without,
+        calibration=calibration,
+        progress=progress,
         within_s=within_s,
     )
-    return by_ports if by_train is None else _better_named(by_train, by_ports)
+    left_s = within_s - by_train.verdict.seconds
+    explained = OTHER not in by_train.verdict.answer
+    if explained or without or left_s <= 0 or not has_ports(case.model):
+        return by_train
+    if progress is not None:
+        progress.say("no entry of the catalogue explains it: asked again through ports on the poles of G")
+    return _better_named(by_train, through_ports(notes=(ASKED_AGAIN,), within_s=left_s))
 
 
 def _better_named(by_train: Diagnosis, by_ports: JointDiagnosis) -> Diagnosis | JointDiagnosis:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bayes_hw.files import read_small_text, write_json
-from bayes_hw.gap.any_train import diagnose_any_case
+from bayes_hw.gap.any_train import diagnose_around
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.joint.decision.given_decision import GivenEvidence
 from bayes_hw.gap.joint.decision.joint_decision import JointEvidence
@@ -34,7 +34,9 @@ def diagnose_from_records(folder: Path, out: Path, seed: int, within_s: float = 
 def diagnose_given_model(folder: Path, out: Path, seed: int, within_s: float = float("inf")) -> None:
     """Diagnose the case in FOLDER as `diagnose_any_case` does; where that went through ports,
     OUT/given_evidence.json too."""
-    diagnosis = diagnose_any_case(folder, out, seed, within_s=within_s)
+    case = Case.read(folder)
+    diagnosis = diagnose_around(case, np.random.default_rng(seed), within_s=within_s)
+    diagnosis.write(out)
     if isinstance(diagnosis, JointDiagnosis):
-        sigma = Case.read(folder).model.noise_sigma
-        write_json(out / GIVEN_EVIDENCE, GivenEvidence.of(diagnosis.found, sigma).to_dict(), None)
+        evidence = GivenEvidence.of(diagnosis.found, case.model.noise_sigma).to_dict()
+        write_json(out / GIVEN_EVIDENCE, evidence, None)

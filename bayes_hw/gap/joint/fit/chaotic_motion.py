@@ -26,28 +26,23 @@ def drawn_about(fit: JointFit) -> tuple[JointFit, FloatArray, IntArray]:
     be, overflows under held torques and not with its law: it is not chaotic. Raises FloatingPointError where
     derivatives overflow either way.
     """
-    whole = _finite_factor(fit)
     every = np.arange(fit.response.size)
     if not has_torques(fit):
-        return fit, fit.factor() if whole is None else whole, every
+        return fit, fit.factor(), every
     held, where = _under_its_torques(fit)
-    factor, count = _finite_factor(held), held.response.size
-    if whole is not None:
-        if factor is None:
-            return fit, whole, every
-        linear = np.linalg.norm(factor[:count, :count], axis=0)
-        moved = np.abs(whole[:, where]).max(axis=0)
-        if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
-            return fit, whole, every
-    return held, held.factor() if factor is None else factor, where
-
-
-def _finite_factor(fit: JointFit) -> FloatArray | None:
-    """Its `factor`, None where derivatives overflow."""
     try:
-        return fit.factor()
+        factor, count = held.factor(), held.response.size
     except FloatingPointError:
-        return None
+        return fit, fit.factor(), every
+    try:
+        whole = fit.factor()
+    except FloatingPointError:
+        return held, factor, where
+    linear = np.linalg.norm(factor[:count, :count], axis=0)
+    moved = np.abs(whole[:, where]).max(axis=0)
+    if np.all(moved < EXPLODED * np.maximum(linear, 1e-300)):
+        return fit, whole, every
+    return held, factor, where
 
 
 def _under_its_torques(fit: JointFit) -> tuple[JointFit, IntArray]:

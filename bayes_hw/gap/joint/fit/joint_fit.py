@@ -296,30 +296,34 @@ class JointFit:
 
     def with_signal(self, number: int) -> Self:
         """An effect's law may look at the states of G too."""
-        values = self.values
-        effects = list(values.effects)
-        ports = effects[number].ports
-        assert ports is not None
-        effects[number] = replace(effects[number], ports=replace(ports, signal=True))
-        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+        ports = self._ports_of(number)
+        return self._with_effect_at(
+            number, replace(self.values.effects[number], ports=replace(ports, signal=True))
+        )
 
     def with_motion_of_g(self, number: int) -> Self:
         """An effect's law looks at the motion that G gives it, by a port that is free to bend it."""
-        values = self.values
-        effects = list(values.effects)
-        ports = effects[number].ports
-        assert ports is not None
-        plain = Ports.none(self.structure.real_poles, self.structure.sections)
-        ports = replace(plain, real=ports.real, sections=ports.sections, direct=ports.direct, signal=True)
-        effects[number] = replace(effects[number], ports=ports)
-        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+        own, plain = self._ports_of(number), Ports.none(self.structure.real_poles, self.structure.sections)
+        ports = replace(plain, real=own.real, sections=own.sections, direct=own.direct, signal=True)
+        return self._with_ports(number, ports)
 
     def with_form(self, number: int, form: Form, start: Sequence[float]) -> Self:
         """An effect in another form of one law's family, its ports kept."""
+        return self._with_effect_at(number, Effect(form, np.array(start), self.values.effects[number].ports))
+
+    def _ports_of(self, number: int) -> Ports:
+        ports = self.values.effects[number].ports
+        assert ports is not None
+        return ports
+
+    def _with_ports(self, number: int, ports: Ports) -> Self:
+        return self._with_effect_at(number, replace(self.values.effects[number], ports=ports))
+
+    def _with_effect_at(self, number: int, effect: Effect) -> Self:
+        """Another effect in the place of one, not descended."""
         values = self.values
-        effects = list(values.effects)
-        effects[number] = Effect(form, np.array(start), effects[number].ports)
-        return self.moved(self.structure, JointValues(values.cascade, tuple(effects)), self.point.whitener)
+        effects = (*values.effects[:number], effect, *values.effects[number + 1 :])
+        return self.moved(self.structure, JointValues(values.cascade, effects), self.point.whitener)
 
     def finer(self) -> Self:
         """Laws and plays act FINE_STEPS times a sample: what sticks or turns within one does not wait for its

@@ -142,11 +142,16 @@ def further_modes(fit: GivenFit) -> list[GivenFit]:
 def modes_beside(fits: Sequence[GivenFit]) -> list[GivenFit]:
     """A further mode beside the best of every label, where the two leave nothing: while the poles of G are
     held where the model has them, a label that is right may explain less than many a wrong one."""
+    alone = [fit for fit in best_of_labels(fits) if len(set(fit.labels)) == 1]
+    return [t for fit in alone for t in further_modes(fit) if t.noise_order <= 1]
+
+
+def best_of_labels(fits: Sequence[GivenFit]) -> list[GivenFit]:
+    """The best of those that have the same labels, the best of all first."""
     best: dict[tuple[str, ...], GivenFit] = {}
     for fit in sorted(fits, key=lambda t: -t.score):
         best.setdefault(fit.labels, fit)
-    found = [t for fit in best.values() if len(set(fit.labels)) == 1 for t in further_modes(fit)]
-    return [t for t in found if t.noise_order <= 1]
+    return list(best.values())
 
 
 def is_a_mode(fit: GivenFit) -> bool:

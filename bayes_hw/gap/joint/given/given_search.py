@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.given.base_starts import with_base_anew
 from bayes_hw.gap.joint.given.clear_of_zone import on_records
 from bayes_hw.gap.joint.given.given_base import base_and_readings, reweighted
 from bayes_hw.gap.joint.given.given_moves import (
+    best_of_labels,
     both_over_position,
     further_modes,
     later,
@@ -150,7 +151,7 @@ def _trials(begun: GivenFit, others: Sequence[GivenFit]) -> list[GivenFit]:
     if len(set(begun.labels)) < MOST_EFFECTS:
         trials += _one_more(begun, others)
     if begun.response.cause is not None and trials:
-        trials += [t.with_cause(None).descended() for t in _leading(trials)]
+        trials += [t.with_cause(None).descended() for t in best_of_labels(trials)[:LEADING]]
     return trials
 
 
@@ -256,11 +257,3 @@ def exchanged(fit: GivenFit, rivals: Mapping[str, float], say: Callable[[str], N
         say(f"{log_evidence(best.score - fit.score)} by an exchange: {described(best)}")
         fit = best
     return fit
-
-
-def _leading(fits: Sequence[GivenFit]) -> list[GivenFit]:
-    """The best few, each of other labels."""
-    found: dict[tuple[str, ...], GivenFit] = {}
-    for fit in sorted(fits, key=lambda fit: -fit.score):
-        found.setdefault(fit.labels, fit)
-    return list(found.values())[:LEADING]

@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.given.given_moves import further_modes, is_a_mode, modes
 from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.identify.growth.descent import evaluate
 
-SAMPLES = 500
+SAMPLES, QUIET = 500, 0.1 * SIGMA
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +58,16 @@ def _with_mode(fit: GivenFit, damping_ratio: float) -> GivenFit:
     return replace(idle, point=evaluate(idle.response, coordinates))
 
 
+def _base_of_what_it_does(moved: GivenFit) -> GivenFit:
+    """The best base of what an axis does with little noise, its roots where the model has them."""
+    rng = np.random.default_rng(3)
+    records = [
+        replace(r, y=moved.response.simulate(moved.values, r.u).y + QUIET * rng.standard_normal(SAMPLES))
+        for r in moved.response.records
+    ]
+    return best_base(records, model())
+
+
 def test_a_mode_that_is_as_damped_as_may_be_is_none(base: GivenFit) -> None:
     assert is_a_mode(_with_mode(base, 0.05))
     assert not is_a_mode(_with_mode(base, float(np.exp(HEAVIEST))))
@@ -73,15 +83,10 @@ def test_roots_of_g_that_are_not_the_models_are_a_mode_with_zeros_at_its_poles(b
     coordinates = idle.point.coordinates.copy()
     coordinates[end - len(loose)] += np.log(1.4)
     moved = replace(idle, point=evaluate(idle.response, coordinates))
-    rng, noise = np.random.default_rng(3), 0.1 * SIGMA
-    records = [
-        replace(r, y=moved.response.simulate(moved.values, r.u).y + noise * rng.standard_normal(SAMPLES))
-        for r in moved.response.records
-    ]
-    off = best_base(records, model())
-    assert off.point.rms > 1.3 * noise
+    off = _base_of_what_it_does(moved)
+    assert off.point.rms > 1.3 * QUIET
     (found,) = further_modes(off)
-    assert found.point.rms < 1.05 * noise
+    assert found.point.rms < 1.05 * QUIET
     assert found.score > off.score + 20
 
 
@@ -93,14 +98,9 @@ def test_a_mode_beside_a_label_counts_where_the_two_leave_nothing(base: GivenFit
     coordinates = idle.point.coordinates.copy()
     coordinates[end : end + len(loose)] += np.where(np.arange(len(loose)) == 0, np.log(1.4), 0.0)
     moved = replace(idle, point=evaluate(idle.response, coordinates))
-    rng, noise = np.random.default_rng(3), 0.1 * SIGMA
-    records = [
-        replace(r, y=moved.response.simulate(moved.values, r.u).y + noise * rng.standard_normal(SAMPLES))
-        for r in moved.response.records
-    ]
-    off = best_base(records, model())
+    off = _base_of_what_it_does(moved)
     alone = [off.with_effect(law, [0.0]).descended() for law in (bias, asymmetry)]
     assert all(one.noise_order > 1 for one in alone)
     (found,) = modes_beside(alone)
     assert set(found.labels) == {"unmodelled_mode", "command_bias"}
-    assert found.point.rms < 1.05 * noise
+    assert found.point.rms < 1.05 * QUIET

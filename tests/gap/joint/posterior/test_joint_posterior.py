@@ -149,21 +149,23 @@ def test_draws_about_a_chaotic_motion_are_ones_that_the_records_allow(
     assert np.sqrt(np.mean(errors**2, axis=1)).max() < fit.point.rms * np.exp(nats / SAMPLES)
 
 
-def test_where_a_torque_makes_derivatives_overflow_it_is_held(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def _overflowing(monkeypatch: pytest.MonkeyPatch, under_its_law: bool, held: bool) -> JointFit:
+    """A fit with a torque whose derivatives overflow under its law, under held torques, or both."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     response, values = response_with((rub,), SAMPLES)
-    fit = JointFit(response, evaluate(response, response.coordinates(values)))
     plain = JointFit.factor
 
     def factor(self: JointFit) -> FloatArray:
-        if any(effect.is_own_law for effect in self.response.template):
-            raise FloatingPointError
+        if under_its_law if any(effect.is_own_law for effect in self.response.template) else held:
+            raise FloatingPointError("derivatives are not finite")
         return plain(self)
 
     monkeypatch.setattr(JointFit, "factor", factor)
-    held, found, where = drawn_about(fit)
+    return JointFit(response, evaluate(response, response.coordinates(values)))
+
+
+def test_where_a_torque_makes_derivatives_overflow_it_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    held, found, where = drawn_about(_overflowing(monkeypatch, under_its_law=True, held=False))
     assert not any(effect.is_own_law for effect in held.response.template)
     assert len(found) == held.response.size + 1 == len(where) + 1
 
@@ -171,28 +173,16 @@ def test_where_a_torque_makes_derivatives_overflow_it_is_held(
 def test_an_axis_that_its_law_alone_steadies_is_drawn_about_with_its_law(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Derivatives that overflow under held torques tell nothing; where both overflow, it is said."""
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    response, values = response_with((rub,), SAMPLES)
-    fit = JointFit(response, evaluate(response, response.coordinates(values)))
-    plain = JointFit.factor
-
-    def unsteady(self: JointFit) -> FloatArray:
-        if not any(effect.is_own_law for effect in self.response.template):
-            raise FloatingPointError("derivatives are not finite")
-        return plain(self)
-
-    monkeypatch.setattr(JointFit, "factor", unsteady)
+    """Derivatives that overflow under held torques tell nothing."""
+    fit = _overflowing(monkeypatch, under_its_law=False, held=True)
     about, factor, where = drawn_about(fit)
     assert about is fit
     assert len(factor) == fit.response.size + 1 == len(where) + 1
 
-    def overflows(_: JointFit) -> FloatArray:
-        raise FloatingPointError("derivatives are not finite")
 
-    monkeypatch.setattr(JointFit, "factor", overflows)
+def test_derivatives_that_overflow_either_way_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FloatingPointError, match="not finite"):
-        drawn_about(fit)
+        drawn_about(_overflowing(monkeypatch, under_its_law=True, held=True))
 
 
 def test_under_held_torques_a_port_is_told_as_under_its_law(monkeypatch: pytest.MonkeyPatch) -> None:
