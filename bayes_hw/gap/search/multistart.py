@@ -23,6 +23,9 @@ FAR_STARTS = 2
 NEAR_SPREAD = 0.3
 """Prior standard deviations about the best fit from which it is fitted again."""
 
+FAR_OFF = 2.0
+"""Prior standard deviations from which on a mode is begun again as given."""
+
 OWN_STARTS = 2
 OWN_SPREAD = (0.01, 0.3)
 """The same for draws in which the effects' own parameters move alone."""
@@ -115,13 +118,16 @@ class Restarts:
         spreads = NEAR_SPREAD * host.hypothesis.prior_sds
         far = self._ranked(host, drawn_about(host.coordinates, spreads, DRAWS, rng))[:FAR_STARTS]
         starts = [*far, *self._own(host, rng), *self._close(host, rng)]
+        again = self._modes_as_given(host)
         if can_be_led(host.hypothesis):
             start, positions = host.coordinates, measured_positions(host)
             starts.append(led(host.hypothesis, start, positions, self.measured, self.plain).coordinates)
         if noise is not None:
-            return self.stochastic.moved_from(best, [(host.hypothesis, start) for start in starts], FINISHED)
+            begun = [(host.hypothesis, start) for start in starts]
+            under_noise = self.stochastic.moved_from(best, begun, FINISHED)
+            return under_noise + [self.stochastic.moved(best, host.hypothesis, start) for start in again]
         plain = fitted_on(host, self.measured, self.plain, ITERATIONS_NEAR)
-        starts += self._without_a_record(host)
+        starts += [*again, *self._without_a_record(host)]
         failed = 0
         for _ in range(GENERATIONS):
             found = min(self._fitted(host.hypothesis, starts), key=lambda f: f.cost)
@@ -131,6 +137,18 @@ class Restarts:
                 break
             starts = self._close(plain, rng)
         return [with_coloured_noise(plain, self.measured)]
+
+    def _modes_as_given(self, host: Fit) -> list[FloatArray]:
+        """A start with the modes that ended far from the nominal model as they are given, all else as fitted;
+        none where all are near."""
+        rows = slice(len(self.base.builder.start_spreads), self.base.base_count)
+        deviations = host.hypothesis.prior_deviations(host.coordinates)[rows]
+        far = np.abs(deviations) > FAR_OFF
+        if not far.any():
+            return []
+        start = host.coordinates.copy()
+        start[rows] = np.where(far, host.hypothesis.prior_means[rows], start[rows])
+        return [start]
 
     def _own(self, host: Fit, rng: np.random.Generator) -> list[FloatArray]:
         """Starts with the effects' parameters elsewhere and the base as fitted, the best of many."""
