@@ -11,7 +11,8 @@ import numpy as np
 
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.answer.judgement import OTHER
+from bayes_hw.gap.answer.judgement import NONE, OTHER
+from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.joint.answer.advice import Drive
@@ -23,8 +24,8 @@ from bayes_hw.progress import Progress
 
 NOT_READ = "no drive train was read back from the model's G"
 ASKED_AGAIN = (
-    "with the drive train read back from the model's G no entry of the catalogue explained the gap: what is "
-    "named was found without it"
+    "with the drive train read back from the model's G the gap was not explained for certain: the answer was "
+    "found without it"
 )
 """Said of why ports were asked."""
 
@@ -80,22 +81,25 @@ def diagnose_around(
         within_s=within_s,
     )
     left_s = within_s - by_train.verdict.seconds
-    explained = OTHER not in by_train.verdict.answer
-    if explained or without or left_s <= 0 or not has_ports(case.model):
+    enough = (calibration or Calibration.built_in()).sure_enough
+    certainty = min(_certainty(by_train.verdict), enough)
+    stands = certainty == enough and OTHER not in by_train.verdict.answer
+    if stands or without or left_s <= 0 or not has_ports(case.model):
         return by_train
     if progress is not None:
-        progress.say("no entry of the catalogue explains it: asked again through ports on the poles of G")
-    return _better_named(by_train, through_ports(notes=(ASKED_AGAIN,), within_s=left_s))
-
-
-def _better_named(by_train: Diagnosis, by_ports: JointDiagnosis) -> Diagnosis | JointDiagnosis:
-    """Of a diagnosis that leaves something without a name and one through ports, the second where it names
-    something, and all there was time for."""
+        progress.say("nothing explains it for certain: asked again through ports on the poles of G")
+    by_ports = through_ports(notes=(ASKED_AGAIN,), within_s=left_s)
     verdict = by_ports.verdict
-    if not set(verdict.answer) - {OTHER} or by_ports.found.cut_short:
+    names_more = set(verdict.answer) > set(by_train.verdict.answer)
+    if by_ports.found.cut_short or not (names_more or _certainty(verdict) > certainty):
         return by_train
     seconds = by_train.verdict.seconds + verdict.seconds
     return replace(by_ports, verdict=replace(verdict, seconds=seconds))
+
+
+def _certainty(verdict: Verdict) -> float:
+    """Probability of the least certain label of an answer."""
+    return min(verdict.probability[label] for label in verdict.answer or (NONE,))
 
 
 def diagnose_any_case(

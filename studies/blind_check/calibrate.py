@@ -67,6 +67,7 @@ BY_HAND = Calibration(
     failed_scale=2.0,
     astray_share=0.0,
     astray_scale=1.0,
+    sure_enough=0.7,
 )
 """Set with an eye on other simulated cases: the centre of the prior."""
 
@@ -81,9 +82,11 @@ HELD = (
     "chaos_predicted",
     "astray_share",
     "astray_scale",
+    "sure_enough",
 )
 """The first two are part of the evidences that a ballot holds; no decision that it holds depends on the next
-five, nor on the last two (see `tails`). `chaos_predicted` is set on cases of springs and backlash, of which a
+five, nor on the last three (of the first two of them see `tails`; `sure_enough` needs every case both by its
+drive train and through ports). `chaos_predicted` is set on cases of springs and backlash, of which a
 set of all kinds has few."""
 
 DOUBTS = (

@@ -12,4 +12,4 @@ CONSTANTS = Calibration(
     named_sharpness=2.0, block_sharpness=2.0, chaos_predicted=0.3, left_sharpness=2.0,
     floor=0.001, sigma_log_sd=0.25, largest_penalty=200.0, largest_doubt=0.6, chaos_in_noise=0.1,
     confusable_evidence=6.0, small_share=0.2, failed_scale=2.0, pair_ceiling=0.999,
-    other_ceiling=0.999, astray_share=0.0, astray_scale=1.0)  # fmt: skip
+    other_ceiling=0.999, astray_share=0.0, astray_scale=1.0, sure_enough=0.7)  # fmt: skip

@@ -19,10 +19,15 @@ from bayes_hw.record import Record
 
 @dataclass(frozen=True)
 class Said:
-    """A verdict's answer, and how long it took."""
+    """A verdict's answer, its least certainty, and how long it took."""
 
     answer: tuple[str, ...]
     seconds: float = 40.0
+    certainty: float = 0.9
+
+    @property
+    def probability(self) -> dict[str, float]:
+        return dict.fromkeys(self.answer or ("none",), self.certainty)
 
 
 @dataclass(frozen=True)
@@ -77,12 +82,28 @@ def test_what_has_no_name_by_its_train_is_asked_again_in_the_time_left(asked: As
 
 
 @pytest.mark.parametrize(
-    "by_ports", [Answered(Said(("other",))), Answered(Said(())), Answered(Said(("wind",)), Found(True))]
+    "by_ports", [Answered(Said(("wind",), certainty=0.6)), Answered(Said(("wind",)), Found(True))]
 )
-def test_what_ports_do_not_name_or_had_no_time_for_changes_nothing(asked: Asked, by_ports: Answered) -> None:
+def test_what_ports_do_not_name_for_certain_or_had_no_time_for_changes_nothing(
+    asked: Asked, by_ports: Answered
+) -> None:
     found, called = asked(Said(("other",)), by_ports)
     assert called
     assert found.verdict == Said(("other",))
+
+
+def test_of_two_answers_the_more_certain_counts_where_that_by_the_train_is_in_doubt(asked: Asked) -> None:
+    """Or the one that names more, beside what has no name, or a second cause."""
+    friction = Said(("friction",), certainty=0.5)
+    for by_train, by_ports, taken in (
+        (friction, Said((), certainty=0.6), True),
+        (friction, Said(("other",), certainty=0.4), False),
+        (friction, Said(("friction", "wind"), certainty=0.4), True),
+        (Said(("other",)), Said(("wind", "other"), certainty=0.3), True),
+    ):
+        found, called = asked(by_train, Answered(by_ports))
+        assert called
+        assert found.verdict.answer == (by_ports if taken else by_train).answer
 
 
 def test_a_train_that_explains_it_is_asked_alone(asked: Asked) -> None:

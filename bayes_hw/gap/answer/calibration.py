@@ -38,7 +38,9 @@ class Calibration:
     noise is known, for a second not to be looked at; `failed_scale` how much farther the truth is from the
     best of the explanations that failed than they are from one another; `astray_share` is how often base
     parameters are not where an explanation's posterior has them, since it is not quite right, and
-    `astray_scale` how much farther off they are then.
+    `astray_scale` how much farther off they are then; `sure_enough` the probability of an answer by the drive
+    train from which on it stands without being asked for through ports too, and at which "other" by the train
+    and a name by ports are even odds.
     """
 
     temperature: float
@@ -73,6 +75,7 @@ class Calibration:
     failed_scale: float
     astray_share: float
     astray_scale: float
+    sure_enough: float
 
     def handicap(self, labels: Sequence[str]) -> float:
         """What a set of labels must gain in log-evidence to be named."""

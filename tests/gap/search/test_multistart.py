@@ -12,7 +12,7 @@ from fitted import AXIS, simulated_with
 from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.effects.catalogue import TransportDelay
 from bayes_hw.gap.fit.explanation import Explanation, with_coloured_noise
-from bayes_hw.gap.fit.fit import FARTHEST, fit
+from bayes_hw.gap.fit.fit import FARTHEST, evaluated, fit
 from bayes_hw.gap.fit.hypothesis import Hypothesis
 from bayes_hw.gap.noise.whitener import Plain
 from bayes_hw.gap.search.multistart import Restarts, square_errors
@@ -53,6 +53,22 @@ def test_near_an_unfinished_fit_a_better_one_is_found() -> None:
     assert found.fit.values[-1] == pytest.approx(1.6, abs=0.05)
     (again,) = restarts().near(begun)
     np.testing.assert_array_equal(again.fit.coordinates, found.fit.coordinates)
+
+
+def test_a_mode_that_ended_far_off_is_begun_again_as_given() -> None:
+    """All else as fitted; one that ended near is left where it is."""
+    search, found = restarts(), BASE.with_effect(TransportDelay())
+    names = [parameter.name for parameter in found.parameters]
+    frequency, damping = names.index("mode2.frequency_hz"), names.index("mode2.damping_ratio")
+    at = found.to_coordinates(np.array([*found.builder.axis.nominal, 1.6]))
+    at[0] += 3 * found.prior_sds[0]
+    at[damping] += 0.5 * found.prior_sds[damping]
+    host = evaluated(found, MEASURED, at, PLAIN)
+    assert search._modes_as_given(host) == []
+    off = at.copy()
+    off[frequency] += 3 * found.prior_sds[frequency]
+    (start,) = search._modes_as_given(evaluated(found, MEASURED, off, PLAIN))
+    np.testing.assert_allclose(start, at)
 
 
 def test_no_fit_is_begun_again_twice() -> None:
