@@ -112,8 +112,10 @@ def diagnose_any_case(
     calibration: Calibration | None = None,
     within_s: float = float("inf"),
 ) -> Diagnosis | JointDiagnosis:
-    """Diagnose the case in `folder`, results to `out`; with labels struck and the search cut short as
-    `diagnose_case` does."""
+    """Diagnose the case in `folder` and write what `Diagnosis.write` or `JointDiagnosis.write` does to `out`.
+
+    `without` names labels to leave out of the catalogue, joined by commas.
+    """
     found = diagnose_around(
         Case.read(folder),
         np.random.default_rng(seed),

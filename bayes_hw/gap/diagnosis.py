@@ -210,26 +210,3 @@ def _criticism(asked: Question, attribution: Attribution, best: Explanation) -> 
     negative_log_p = block_negative_log_p(attribution.base.fit, inputs)
     ahead = is_far_ahead(attribution.explanations)
     return remains_of(attribution.base, best, left, negative_log_p, ahead)
-
-
-def diagnose_case(
-    folder: Path,
-    out: Path,
-    seed: int,
-    *,
-    jobs: int = 1,
-    without: str = "",
-    calibration: Calibration | None = None,
-    within_s: float = float("inf"),
-) -> Diagnosis:
-    """Diagnose the case in `folder` and write verdict.json and holdout_prediction.csv to `out`.
-
-    `without` names labels to leave out of the catalogue, joined by commas. One thread, since where many cases
-    are diagnosed a process works on each.
-    """
-    case = Case.read(folder)
-    left_out = frozenset(without.split(",")) - {""}
-    rng = np.random.default_rng(seed)
-    diagnosis = diagnose(case, rng, jobs=jobs, without=left_out, calibration=calibration, within_s=within_s)
-    diagnosis.write(out)
-    return diagnosis

@@ -14,9 +14,10 @@ from bayes_hw.files import write_json
 from bayes_hw.gap.answer.calibration import Calibration
 from bayes_hw.gap.answer.decide import best_of_sets, claims_of, remains_of
 from bayes_hw.gap.answer.judgement import Claim, Judgement, Labels, Remains, choose_labels, judge
+from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.criticism.block_functions import block_negative_log_p
 from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic, residual_diagnostics
-from bayes_hw.gap.diagnosis import Diagnosis, diagnose_case
+from bayes_hw.gap.diagnosis import Diagnosis, diagnose
 from bayes_hw.gap.fit.explanation import is_far_ahead
 
 BALLOT = "ballot.json"
@@ -113,9 +114,14 @@ def _eased(calibration: Calibration) -> Calibration:
 
 
 def diagnose_with_ballot(folder: Path, out: Path, seed: int, *, jobs: int = 1, without: str = "") -> None:
-    """As `diagnose_case`, base parameters as the posteriors alone state them; writes OUT/ballot.json too."""
+    """By its drive train alone, base parameters as the posteriors state them; writes OUT/ballot.json too.
+
+    `without` names labels to leave out of the catalogue, joined by commas.
+    """
     calibration = Calibration.built_in().with_posteriors_as_they_are()
-    diagnosis = diagnose_case(folder, out, seed, jobs=jobs, without=without, calibration=calibration)
+    left_out, rng = frozenset(without.split(",")) - {""}, np.random.default_rng(seed)
+    diagnosis = diagnose(Case.read(folder), rng, jobs=jobs, without=left_out, calibration=calibration)
+    diagnosis.write(out)
     labels = [name for name in diagnosis.verdict.probability if name not in ("none", "other")]
     ballot = ballot_of(diagnosis, labels, calibration)
     write_json(out / BALLOT, ballot.to_dict(), None)
