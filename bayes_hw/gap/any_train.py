@@ -1,5 +1,5 @@
 """Diagnosis around a given model whatever its drive train: read back from G where that is possible, through
-ports on G's poles where it is not, or where what the train allows leaves something without a name."""
+ports on G's poles where it is not, or where what the train allows leaves doubt or what has no name."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import numpy as np
 
 from bayes_hw.gap import diagnosis
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.answer.judgement import NONE, OTHER
-from bayes_hw.gap.answer.verdict import Verdict
+from bayes_hw.gap.answer.judgement import OTHER
 from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.diagnosis import Diagnosis
 from bayes_hw.gap.joint.answer.advice import Drive
@@ -71,6 +70,7 @@ def diagnose_around(
     )
     if not without and needs_ports(case.model):
         return through_ports(notes=(NOT_READ,), within_s=within_s)
+    calibration = calibration or Calibration.built_in()
     by_train = diagnosis.diagnose(
         case,
         rng,
@@ -81,25 +81,28 @@ def diagnose_around(
         within_s=within_s,
     )
     left_s = within_s - by_train.verdict.seconds
-    enough = (calibration or Calibration.built_in()).sure_enough
-    certainty = min(_certainty(by_train.verdict), enough)
-    stands = certainty == enough and OTHER not in by_train.verdict.answer
+    has_name = OTHER not in by_train.verdict.answer
+    stands = has_name and by_train.verdict.certainty >= calibration.sure_enough
     if stands or without or left_s <= 0 or not has_ports(case.model):
         return by_train
     if progress is not None:
         progress.say("nothing explains it for certain: asked again through ports on the poles of G")
     by_ports = through_ports(notes=(ASKED_AGAIN,), within_s=left_s)
-    verdict = by_ports.verdict
-    names_more = set(verdict.answer) > set(by_train.verdict.answer)
-    if by_ports.found.cut_short or not (names_more or _certainty(verdict) > certainty):
+    return _better(by_train, by_ports, calibration.sure_enough)
+
+
+def _better(by_train: Diagnosis, by_ports: JointDiagnosis, sure_enough: float) -> Diagnosis | JointDiagnosis:
+    """Of a diagnosis in doubt and one through ports that there was time for, with all the seconds of both:
+    the second where it is the more certain or names more than the first names, and something where the first
+    has no name."""
+    first, second = by_train.verdict, by_ports.verdict
+    names_nothing = OTHER in first.answer and not set(second.answer) - {OTHER}
+    if names_nothing or by_ports.found.cut_short:
         return by_train
-    seconds = by_train.verdict.seconds + verdict.seconds
-    return replace(by_ports, verdict=replace(verdict, seconds=seconds))
-
-
-def _certainty(verdict: Verdict) -> float:
-    """Probability of the least certain label of an answer."""
-    return min(verdict.probability[label] for label in verdict.answer or (NONE,))
+    names_more = bool(first.answer) and set(second.answer) > set(first.answer)
+    if not names_more and second.certainty <= min(first.certainty, sure_enough):
+        return by_train
+    return replace(by_ports, verdict=replace(second, seconds=first.seconds + second.seconds))
 
 
 def diagnose_any_case(

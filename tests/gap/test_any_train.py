@@ -25,10 +25,6 @@ class Said:
     seconds: float = 40.0
     certainty: float = 0.9
 
-    @property
-    def probability(self) -> dict[str, float]:
-        return dict.fromkeys(self.answer or ("none",), self.certainty)
-
 
 @dataclass(frozen=True)
 class Found:
@@ -82,7 +78,13 @@ def test_what_has_no_name_by_its_train_is_asked_again_in_the_time_left(asked: As
 
 
 @pytest.mark.parametrize(
-    "by_ports", [Answered(Said(("wind",), certainty=0.6)), Answered(Said(("wind",)), Found(True))]
+    "by_ports",
+    [
+        Answered(Said(("other",))),
+        Answered(Said(())),
+        Answered(Said(("wind",), certainty=0.6)),
+        Answered(Said(("wind",)), Found(True)),
+    ],
 )
 def test_what_ports_do_not_name_for_certain_or_had_no_time_for_changes_nothing(
     asked: Asked, by_ports: Answered
@@ -100,6 +102,7 @@ def test_of_two_answers_the_more_certain_counts_where_that_by_the_train_is_in_do
         (friction, Said(("other",), certainty=0.4), False),
         (friction, Said(("friction", "wind"), certainty=0.4), True),
         (Said(("other",)), Said(("wind", "other"), certainty=0.3), True),
+        (Said((), certainty=0.6), Said(("wind",), certainty=0.5), False),
     ):
         found, called = asked(by_train, Answered(by_ports))
         assert called

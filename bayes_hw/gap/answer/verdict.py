@@ -11,6 +11,7 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import write_json
 from bayes_hw.format_names import VERDICT
+from bayes_hw.gap.answer.judgement import NONE
 from bayes_hw.gap.answer.locate import Location
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.fit.draws import PROBABILITY
@@ -77,6 +78,11 @@ class Verdict:
     notes: Sequence[str] = ()
     white_choice: Sequence[str] = ()
     known: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
+
+    @property
+    def certainty(self) -> float:
+        """Probability of the least certain label of the answer, or that nothing is missing."""
+        return min(self.probability[label] for label in self.answer or (NONE,))
 
     def to_dict(self) -> dict[str, object]:
         """The content of verdict.json."""

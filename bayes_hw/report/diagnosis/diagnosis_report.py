@@ -93,8 +93,8 @@ def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
 def _answer_badge(diagnosis: Diagnosis) -> Badge:
     verdict = diagnosis.verdict
     if not verdict.answer:
-        return Badge("nothing is missing", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
-    sure = min(verdict.probability[label] for label in verdict.answer)
+        return Badge("nothing is missing", "good", f"{format_percent(verdict.certainty, 1)} sure")
+    sure = verdict.certainty
     if verdict.answer == OTHER:
         return Badge(
             "not explained", "bad", f"none of the known effects fits, {format_percent(sure, 1)} sure"

@@ -121,8 +121,8 @@ def _badges(page: JointPage) -> tuple[Badge, ...]:
 def _cause(diagnosis: JointDiagnosis) -> Badge:
     verdict = diagnosis.verdict
     if not verdict.answer:
-        return Badge("nothing missing", "good", f"{format_percent(verdict.probability['none'], 1)} sure")
-    sure = min(verdict.probability[label] for label in verdict.answer)
+        return Badge("nothing missing", "good", f"{format_percent(verdict.certainty, 1)} sure")
+    sure = verdict.certainty
     rivals = ", ".join(words_of(rival) for _, rival in verdict.confusable)
     label = " and ".join("cause unknown" if n == OTHER else words_of(n) for n in verdict.answer)
     return Badge(

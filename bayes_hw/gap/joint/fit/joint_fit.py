@@ -296,10 +296,7 @@ class JointFit:
 
     def with_signal(self, number: int) -> Self:
         """An effect's law may look at the states of G too."""
-        ports = self._ports_of(number)
-        return self._with_effect_at(
-            number, replace(self.values.effects[number], ports=replace(ports, signal=True))
-        )
+        return self._with_ports(number, replace(self._ports_of(number), signal=True))
 
     def with_motion_of_g(self, number: int) -> Self:
         """An effect's law looks at the motion that G gives it, by a port that is free to bend it."""
