@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,14 @@ def verdict() -> Verdict:
         next_experiment=None,
         seconds=1.5,
     )
+
+
+def test_an_answer_is_as_certain_as_its_least_certain_label(verdict: Verdict) -> None:
+    """An empty one as it is that nothing is missing."""
+    two = replace(verdict, answer=("backlash", "other"))
+    assert verdict.certainty == two.probability["backlash"] == 0.001
+    assert replace(two, probability={**two.probability, "backlash": 0.5}).certainty == 0.02
+    assert replace(verdict, answer=()).certainty == 0.01
 
 
 def test_keys_are_those_of_the_format(verdict: Verdict, tmp_path: Path) -> None:
