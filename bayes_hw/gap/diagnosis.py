@@ -14,9 +14,10 @@ import numpy as np
 from bayes_hw.arrays import FloatArray
 from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.calibration import Calibration
-from bayes_hw.gap.answer.confusable import confusable_pairs, next_experiment
+from bayes_hw.gap.answer.confusable import confusable_pairs
 from bayes_hw.gap.answer.corrected_train import corrected_train
 from bayes_hw.gap.answer.decide import Decision, best_of_sets, choose, chosen_among, decide, remains_of
+from bayes_hw.gap.answer.experiment import experiment_for
 from bayes_hw.gap.answer.free_levels import counted_from_levels
 from bayes_hw.gap.answer.judgement import OTHER, Remains
 from bayes_hw.gap.answer.locate import locate
@@ -163,7 +164,7 @@ def diagnose(
             measured.gap_holdout,
             measured.parameters,
             measured.base,
-            next_experiment(decision.answer, confusable),
+            experiment_for(decision.answer, confusable),
             time.perf_counter() - begin,
             notes_on(case, attribution, decision, left_out),
             white_choice(attribution),

@@ -15,7 +15,7 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from study_numbers import REPORTS, looked_up
 
-from bayes_hw.gap.answer.confusable import SHOWS
+from bayes_hw.gap.answer.experiment import SHOWS
 from bayes_hw.gap.case.scale import AxisScale
 from bayes_hw.gap.effects.catalogue import block_of, catalogue, known_labels
 from bayes_hw.gap.effects.descriptions import DESCRIPTIONS, Description

@@ -37,7 +37,7 @@ def verdict() -> Verdict:
         gap_holdout=gap,
         parameters={"backlash.half_gap": size},
         base={"gain": size},
-        next_experiment=None,
+        next_experiment="slow reversals",
         seconds=1.5,
     )
 
@@ -62,7 +62,7 @@ def test_keys_are_those_of_the_format(verdict: Verdict, tmp_path: Path) -> None:
     assert set(content["where"]) >= {"block", "band_hz", "regime", "share"}
     for entry in (*content["parameters"].values(), *content["base"].values()):
         assert set(entry) == {"mean", "sd", "hdi94", "unit"}
-    assert content["next_experiment"] is None
+    assert content["next_experiment"] == "slow reversals"
 
 
 def test_numbers_that_are_not_finite_are_null(verdict: Verdict, tmp_path: Path) -> None:

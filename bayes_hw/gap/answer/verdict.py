@@ -73,7 +73,7 @@ class Verdict:
     gap_holdout: Closure
     parameters: Mapping[str, Estimate]
     base: Mapping[str, Estimate]
-    next_experiment: str | None
+    next_experiment: str
     seconds: float
     notes: Sequence[str] = ()
     white_choice: Sequence[str] = ()

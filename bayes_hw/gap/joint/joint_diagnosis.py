@@ -14,9 +14,10 @@ from bayes_hw.crew import crew
 from bayes_hw.errors import InputError
 from bayes_hw.files import staged, write_csv, write_json
 from bayes_hw.gap.answer.corrected_train import motion_of
+from bayes_hw.gap.answer.experiment import experiment_for
 from bayes_hw.gap.answer.verdict import Verdict
 from bayes_hw.gap.case.case import check_records
-from bayes_hw.gap.joint.answer.advice import Drive, advice_on, experiment_for
+from bayes_hw.gap.joint.answer.advice import Drive, advice_on
 from bayes_hw.gap.joint.answer.corrected_model import corrected_model
 from bayes_hw.gap.joint.answer.encoder_noise import encoder_sigma, noise_doubt
 from bayes_hw.gap.joint.answer.joint_estimates import base_estimates, effect_estimates

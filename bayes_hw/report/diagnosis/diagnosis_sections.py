@@ -165,8 +165,7 @@ def advice_section(diagnosis: Diagnosis) -> Section:
         blocks.append(Paragraph("Rivals of a pair were not sought; the ranking shows what comes near."))
     elif verdict.answer and verdict.answer != OTHER:
         blocks.append(Paragraph("No other single effect explains these records nearly as well."))
-    if verdict.next_experiment:
-        blocks.append(Paragraph(typeset(f"Next experiment: {verdict.next_experiment}.")))
+    blocks.append(Paragraph(typeset(f"Next experiment: {verdict.next_experiment}.")))
     return Section("What is it, and what to do?", tuple(blocks))
 
 

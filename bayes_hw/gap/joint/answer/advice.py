@@ -1,5 +1,5 @@
-"""What to do about each effect, for an axis on the ground: how large it is in the axis's own terms, what is
-done about it, and the experiment that confirms it."""
+"""What to do about each effect, for an axis on the ground: how large it is in the axis's own terms, and what
+is done about it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import TypeAlias
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
-from bayes_hw.gap.answer.confusable import next_experiment
 from bayes_hw.gap.answer.words_of_answer import words_of
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.posterior.reported_quantities import TORQUES
@@ -216,10 +215,9 @@ def _nothing(sized: Sized, label: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Advice:
-    """What is done about an effect on the axis, the experiment that confirms it, and how its size is said."""
+    """What is done about an effect on the axis, and how its size is said."""
 
     remedy: str
-    confirmed_by: str
     size: Size
 
 
@@ -227,97 +225,77 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
     {
         "rate_limit": Advice(
             "plan trajectories within the ramp, or raise the ramp in the drive's parameters",
-            "steps of the command of two sizes, each held: the ramp's length grows with the step",
             _rate,
         ),
         "saturation_drift": Advice(
             "look for rail, cable or bearing load where the limit is low; plan with the lowest limit",
-            "the same saturating step from several positions over the travel",
             _limits,
         ),
         "command_bias": Advice(
             "trim the offset of the drive's analogue input, or send the opposite offset",
-            "some motion, then a minute of zero command: the axis creeps on",
             _bias,
         ),
         "gain_drift": Advice(
             "warm the drive up before tracking, or let the position loop's integral take it up",
-            "the same slow triangles at once and an hour later, drives warm",
             _gain,
         ),
         "transport_delay": Advice(
             "look for a filter, a bus cycle or a stamp taken elsewhere; put the delay into the loop's design",
-            "a fast multisine: a delay turns the phase in proportion to frequency",
             _nothing,
         ),
         "unmodelled_mode": Advice(
             "find the member that swings with a tap test; notch it, or keep commands out of its band",
-            "a slow sweep of small amplitude through the band of the gap",
             _nothing,
         ),
         "cubic_stiffness": Advice(
             "tune the loop for both ends of the stiffness: a notch at one frequency misses; check pre-load",
-            "the same sweep at two amplitudes: the resonance moves with the amplitude",
             _nothing,
         ),
         "friction": Advice(
             "feed that torque forward with the sign of the speed; first see to lubrication, bearing pre-load "
             "and, at the load, the rail; keep integral action below its limit cycle",
-            "slow triangles at three rates, through rest and in both directions: the lag after a reversal "
-            "does not grow with the speed",
             _friction,
         ),
         "backlash": Advice(
             "bias two pinions against each other, adjust the gear, or come to targets from one side; "
             "close the loop on an encoder at the load",
-            "slow reversals at two amplitudes: the lost angle stays the same",
             _backlash,
         ),
         "torque_ripple": Advice(
             "feed it forward over position; its period names the part: tooth, pole, roller, rail joint",
-            "a constant slow speed over the whole travel, in both directions, at two rates",
             _periodic,
         ),
         "wind": Advice(
             "no simulation follows it: measure the wind beside the axis, and design the loop's rejection of "
             "disturbances for this spectrum",
-            "the same record in calm air, or one with long rests in the wind",
             _nothing,
         ),
         "encoder_quantization": Advice(
             "use the encoder's interpolation or finer bits; see whether the logger rounds; average at rest",
-            "some motion, then a minute at rest: the reading shows its steps",
             _readings,
         ),
         "encoder_eccentricity": Advice(
             "correct the reading by a table over position, or read two opposite heads",
-            "the whole travel at two constant speeds: a reading error keeps its size, a torque's does not",
             _periodic,
         ),
         "sensor_drift": Advice(
             "let the encoder's mount settle, look at its temperature, and refer the angle to a mark often",
-            "some motion, then rest for the length of a record",
             _drift,
         ),
         "timing_jitter": Advice(
             "stamp samples where they are taken; check the bus for late or repeated ones",
-            "a constant fast speed to and fro: errors of the instants grow with speed",
             _readings,
         ),
         "gain_asymmetry": Advice(
             "calibrate the reading's scale on either side of zero; check where the angle's zero is",
-            "equal steps from zero to both sides",
             _asymmetry,
         ),
         "outliers": Advice(
             "check the encoder's cable and screen; reject single jumps before the loop sees them",
-            "some motion, then a minute at rest: glitches stay",
             _readings,
         ),
         "other": Advice(
             "use the bands for planning, and do the experiment below before any remedy",
-            "one of the records again, unchanged: what repeats belongs to the axis, what does not to its "
-            "surroundings; then slow triangles at three rates",
             _readings,
         ),
     }
@@ -326,7 +304,6 @@ ADVICE: Mapping[str, Advice] = MappingProxyType(
 
 NOTHING = Advice(
     "nothing is to be done about an effect that no catalogue entry describes",
-    "repeat one of the records unchanged",
     _nothing,
 )
 
@@ -342,18 +319,3 @@ def advice_on(
         name = "cause unknown" if label == "other" else words_of(label)
         said += [f"{name}: {sentence}" for sentence in (*advice.size(sized, label), advice.remedy)]
     return said
-
-
-def experiment_for(answer: Sequence[str], confusable: Sequence[tuple[str, str]]) -> str:
-    """The experiment that would tell rivals apart, confirm the answer, or look further; never empty."""
-    if confusable:
-        asked = next_experiment(answer, confusable)
-        if asked is not None:
-            return asked
-    if not answer:
-        return (
-            "nothing is missing here; slow triangles at three rates with rests between would test friction "
-            "and play further"
-        )
-    advice = ADVICE.get(answer[0], NOTHING)
-    return advice.confirmed_by if answer[0] == "other" else f"to confirm {answer[0]}: {advice.confirmed_by}"
