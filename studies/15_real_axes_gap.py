@@ -83,7 +83,7 @@ def otherwise(study: Study) -> list[Parted]:
             Parted(
                 name,
                 explanation.name if named else " ".join(verdict.answer) or "none",
-                min(verdict.probability[label] for label in verdict.answer or ("none",)),
+                verdict.certainty,
                 verdict.gap_holdout.rmse_before,
                 verdict.gap_holdout.rmse_after,
                 case.model.units.output,

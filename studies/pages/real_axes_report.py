@@ -96,10 +96,9 @@ def _answer(axis: RealAxis) -> str:
 
 def _badge(axis: RealAxis) -> Badge:
     verdict = axis.diagnosis.verdict
-    sure = min((verdict.probability[label] for label in verdict.answer), default=verdict.probability["none"])
     named = " and ".join(verdict.answer) or "no structural gap"
-    state = "bad" if verdict.answer in ((), ("other",)) else "good" if sure > 0.9 else "warn"
-    return Badge(named, state, f"{axis.name}: {format_percent(sure, 1)} sure")  # type: ignore[arg-type]
+    state = "bad" if verdict.answer in ((), ("other",)) else "good" if verdict.certainty > 0.9 else "warn"
+    return Badge(named, state, f"{axis.name}: {format_percent(verdict.certainty, 1)} sure")  # type: ignore[arg-type]
 
 
 def _overview(axes: Sequence[RealAxis]) -> Table:

@@ -92,18 +92,16 @@ def _badges(diagnosis: Diagnosis) -> tuple[Badge, ...]:
 
 def _answer_badge(diagnosis: Diagnosis) -> Badge:
     verdict = diagnosis.verdict
+    sure = f"{format_percent(verdict.certainty, 1)} sure"
     if not verdict.answer:
-        return Badge("nothing is missing", "good", f"{format_percent(verdict.certainty, 1)} sure")
-    sure = verdict.certainty
+        return Badge("nothing is missing", "good", sure)
     if verdict.answer == OTHER:
-        return Badge(
-            "not explained", "bad", f"none of the known effects fits, {format_percent(sure, 1)} sure"
-        )
+        return Badge("not explained", "bad", f"none of the known effects fits, {sure}")
     block = verdict.where.block
     return Badge(
         " and ".join(map(label_words, verdict.answer)),
-        "good" if sure >= SURE else "warn",
-        f"{format_percent(sure, 1)} sure, acts {BLOCK_WORDS[block]}",
+        "good" if verdict.certainty >= SURE else "warn",
+        f"{sure}, acts {BLOCK_WORDS[block]}",
     )
 
 

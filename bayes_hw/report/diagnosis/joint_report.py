@@ -120,15 +120,16 @@ def _badges(page: JointPage) -> tuple[Badge, ...]:
 
 def _cause(diagnosis: JointDiagnosis) -> Badge:
     verdict = diagnosis.verdict
+    sure = f"{format_percent(verdict.certainty, 1)} sure"
     if not verdict.answer:
-        return Badge("nothing missing", "good", f"{format_percent(verdict.certainty, 1)} sure")
-    sure = verdict.certainty
+        return Badge("nothing missing", "good", sure)
     rivals = ", ".join(words_of(rival) for _, rival in verdict.confusable)
     label = " and ".join("cause unknown" if n == OTHER else words_of(n) for n in verdict.answer)
+    alone = verdict.certainty >= SURE and not rivals
     return Badge(
         label,
-        "bad" if verdict.answer == (OTHER,) else "good" if sure >= SURE and not rivals else "warn",
-        f"{format_percent(sure, 1)} sure" + (f"; {rivals} would explain it as well" if rivals else ""),
+        "bad" if verdict.answer == (OTHER,) else "good" if alone else "warn",
+        sure + (f"; {rivals} would explain it as well" if rivals else ""),
     )
 
 
