@@ -20,14 +20,25 @@ from bayes_hw.gap.joint.noise.slow_noise import WALK, WIND
 from bayes_hw.gap.joint.search.beginning import FOLLOWED_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates
 from bayes_hw.gap.joint.search.hidden_zone import likelier_cause
-from bayes_hw.gap.joint.search.law_exchange import EXCHANGED, PERIODIC, exchanges, laws_of, misread
+from bayes_hw.gap.joint.search.law_exchange import (
+    EXCHANGED,
+    PERIODIC,
+    as_laws_of_the_demand,
+    exchanges,
+    laws_of,
+    misread,
+    more_of_the_command,
+)
 from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
-from bayes_hw.gap.joint.search.sight import FRICTION, named_by_sight, stands_for_friction
+from bayes_hw.gap.joint.search.sight import FRICTION, FRICTION_LEAD, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
 
 SLOW = (WIND, WALK)
+
+MOST_LET_IN, LET_IN_WORSE = 12, 0.02
+"""Times that more of the command is let in, and the share more that is left where it ends."""
 
 SHAPE_LEAD = 50.0
 """Nats by which a function of position must lead to end a search."""
@@ -70,9 +81,10 @@ def instead_of(
         if trials:
             found[label] = with_base_anew(finer(highest(trials)))
     may_be_other = fit.effect_labels[-1:] == (strongest,) and not time_is_up()
-    for one in [*_exchanged(fit), *misread(fit)] if may_be_other else ():
+    for one in [*_exchanged(fit), *_led_to_the_demand(fit), *misread(fit)] if may_be_other else ():
         label = one.effect_labels[-1]
         found[label] = highest([one, *([found[label]] if label in found else [])])
+    found |= _exchanged_back(found, strongest)
     if time_is_up():
         return found if len(found) > 1 else {}
     if strongest == OTHER and not _is_begun_anywhere(fit):
@@ -93,7 +105,7 @@ def plainly_named(
     if FRICTION not in ends:
         return found, nats
     for label, end in ends.items():
-        if label != FRICTION and stands_for_friction(end, nats[label], nats[FRICTION]):
+        if label != FRICTION and stands_for_friction(end, nats[label], nats[FRICTION], ends[FRICTION]):
             del found[label]
             del nats[label]
     return found, nats
@@ -110,6 +122,20 @@ def likelier(fit: GivenFit, base: GivenFit, whole: Sequence[Record]) -> tuple[Gi
     return found, {one.added[-1]: own - (0.0 if one is found else lead) for one in caused}
 
 
+def _exchanged_back(found: Mapping[str, GivenFit], strongest: str) -> dict[str, GivenFit]:
+    """Where another label does better than the `strongest` did, that one and others begun over the motion
+    which its law has found, as far as that leads further."""
+    leading = max(found, key=lambda label: found[label].score)
+    if leading == strongest or found[leading].effect_labels[-1:] != (leading,) or time_is_up():
+        return {}
+    better: dict[str, GivenFit] = {}
+    for one in _exchanged(found[leading]):
+        label = one.effect_labels[-1]
+        if label in found and one.score > found[label].score:
+            better[label] = highest([one, *([better[label]] if label in better else [])])
+    return better
+
+
 def _exchanged(fit: GivenFit) -> list[GivenFit]:
     """The explanation with its last law exchanged for one of another name that gives nearly the same torque,
     of every kind the most alike, each to its end under white noise: a gap of the drive's torque, one of its
@@ -124,6 +150,28 @@ def _exchanged(fit: GivenFit) -> list[GivenFit]:
             begun.setdefault(effect.form.kind, named)
     ended = [kicked(one.descended_under(0, FULL_STEPS)) for one in begun.values()]
     return [named_by_sight(one.descended()) for one in ended]
+
+
+def _led_to_the_demand(fit: GivenFit) -> list[GivenFit]:
+    """The explanation with its last law exchanged for one of what the loop asks for, where that explains
+    clearly more: the command is let in bit by bit, since from afar descents seldom arrive. By states alone
+    any law is one of the demand too, so that nearly as much is no sign of one."""
+    last = len(fit.values.effects) - 1
+    begun = as_laws_of_the_demand(fit, last) if last in laws_of(fit) else []
+    begun = [one for one in begun if one.effect_labels[-1] not in fit.labels]
+    ended = [kicked(_command_let_in(one)).descended() for one in begun]
+    return [one for one in ended if one.score > fit.score + FRICTION_LEAD]
+
+
+def _command_let_in(begun: GivenFit) -> GivenFit:
+    """What leaves the least under white noise while more of the command is let in."""
+    best = fit = begun.descended_under(0, FULL_STEPS)
+    for _ in range(MOST_LET_IN):
+        if time_is_up() or fit.point.rms > (1 + LET_IN_WORSE) * best.point.rms:
+            break
+        fit = more_of_the_command(fit).descended_under(0, FULL_STEPS)
+        best = min(best, fit, key=lambda one: one.point.rms)
+    return best
 
 
 def shape_beyond(base: GivenFit, best: GivenFit) -> GivenFit | None:

@@ -17,7 +17,7 @@ import numpy as np
 from bayes_hw.gap.joint.fit.held_port import held_point
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit, highest, raced
 from bayes_hw.gap.joint.forms import effect_codes as K  # noqa: N812
-from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS
+from bayes_hw.gap.joint.forms.drive_forms import GIVEN_FORMS, OF_DEMAND
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.forms.joint_forms import AS_READING
 from bayes_hw.gap.joint.residuals.noise_screen import noise_screens
@@ -38,6 +38,10 @@ ALIKE = 0.9
 
 MOST_TRIED = 4
 FIRST_STEPS = 10
+
+BY_STATES, COMMAND_LET_IN = 3.0, 0.6
+"""Size of a law of the demand, in units of the limited command's speed, at which the command is next to
+nothing in what it looks at, and the factor on it that lets more of the command in."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +154,32 @@ def exchanges(fit: AnyFit, number: int, forms: Sequence[Form]) -> list[AnyFit]:
     return cast(list[AnyFit], [one.fit for one in begun])
 
 
+def as_laws_of_the_demand(fit: AnyFit, number: int) -> list[AnyFit]:
+    """The fit with the law of effect `number` exchanged for those of what the loop asks for that give nearly
+    the same torque, not descended: begun where next to none of that is the command, and all are states."""
+    old = _Old(Motion.of(fit, number), number)
+    by_states = (BY_STATES * fit.response.scale.speed,)
+    begun = [one for form in OF_DEMAND for one in old.exchanged_for(form, [by_states])]
+    return cast(list[AnyFit], [one.fit for one in begun if one.alike > ALIKE])
+
+
+def more_of_the_command(fit: AnyFit) -> AnyFit:
+    """The last law, one of what the loop asks for, with more of the command in that and the states as they
+    are in units of its size."""
+    values = fit.values
+    last, ports = values.effects[-1], values.effects[-1].ports
+    assert ports is not None
+    seen = replace(
+        ports,
+        signal_real=COMMAND_LET_IN * ports.signal_real,
+        signal_sections=COMMAND_LET_IN * ports.signal_sections,
+    )
+    law = replace(last, values=COMMAND_LET_IN * last.values, ports=seen)
+    return fit.moved(
+        fit.structure, JointValues(values.cascade, (*values.effects[:-1], law)), fit.point.whitener
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _Old:
     """An effect in its place of a fit, and the motion that it looked at."""
@@ -161,9 +191,9 @@ class _Old:
     def effect(self) -> Effect:
         return self.motion.fit.values.effects[self.number]
 
-    def exchanged_for(self, form: Form) -> list[_Begun]:
-        """The most alike of the form's starts; none where every one of them rests."""
-        found, torque = self.motion.laws(form), self.motion.torque
+    def exchanged_for(self, form: Form, starts: Sequence[Sequence[float]] = ()) -> list[_Begun]:
+        """The most alike of the form's starts, or of those given; none where every one of them rests."""
+        found, torque = self.motion.laws(form, starts), self.motion.torque
         torques = np.concatenate(self.motion.beside(found)[1], axis=1)
         products, powers = torques @ torque, np.sum(torques**2, axis=1)
         alike = np.abs(products) / np.sqrt(np.maximum(powers, 1e-300) * float(torque @ torque))

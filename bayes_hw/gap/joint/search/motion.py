@@ -36,10 +36,11 @@ class Motion:
         signal = np.concatenate([run.signals[row] for run in runs])
         return cls(fit, signal, np.concatenate([run.torques[row] for run in runs]))
 
-    def laws(self, form: Form) -> list[Effect]:
-        """The form from all of its starts, looking at the motion in each of SIZES, entering nowhere."""
+    def laws(self, form: Form, starts: Sequence[Sequence[float]] = ()) -> list[Effect]:
+        """The form from all of its starts or those given, looking at the motion in each of SIZES, entering
+        nowhere."""
         scale = self.fit.response.scale
-        starts = form.starts(scale)
+        starts = starts or form.starts(scale)
         seen, _ = self.beside([Effect(form, np.array(starts[0]), ports) for ports in self._units])
         joined = np.concatenate(seen, axis=1)
         states = joined[1:] - joined[0]

@@ -22,6 +22,9 @@ from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.search.verification import FORM_SHARE
 from bayes_hw.identify.cascade_roots import section_poles
 
+ALIKE = 0.8
+"""Share of what a law looks at that follows what another one does, where both look at one motion."""
+
 TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
 least; what follows the acceleration over what follows the speed: more in a twist, less in a friction."""
@@ -130,10 +133,27 @@ def is_hidden_friction(fit: JointFit) -> bool:
     return False
 
 
-def stands_for_friction(fit: JointFit, gained: float, by_friction: float) -> bool:
-    """Whether it is friction under another name, which gains little more nats than friction's own law does:
-    through free ports they are one curve, and what it looks at tells which."""
-    return gained - by_friction < max(FRICTION_LEAD, FORM_SHARE * gained) and is_hidden_friction(fit)
+def stands_for_friction(
+    fit: JointFit, gained: float, by_friction: float, own: JointFit | None = None
+) -> bool:
+    """Whether it is friction under another name, which gains little more nats than friction's `own` law does:
+    through free ports they are one curve, and what it looks at tells which; what friction itself looks at
+    there may be the motion of a part that the reading follows from afar."""
+    if gained - by_friction >= max(FRICTION_LEAD, FORM_SHARE * gained):
+        return False
+    return is_hidden_friction(fit) or (own is not None and looks_alike(fit, own))
+
+
+def looks_alike(one: JointFit, other: JointFit) -> bool:
+    """Whether the last effects of two explanations of the same records are laws that look at one motion."""
+    signals = []
+    for fit in (one, other):
+        if not fit.values.effects or fit.values.effects[-1].ports is None:
+            return False
+        row = fit.values.law_row(len(fit.values.effects) - 1)
+        runs = [fit.response.along(fit.values, n) for n in range(len(fit.response.records))]
+        signals.append(np.concatenate([run.signals[row] for run in runs]))
+    return len(signals[0]) == len(signals[1]) and share_following(*signals) > ALIKE
 
 
 def shares_of_motion(fit: JointFit, number: int) -> tuple[float, float]:
