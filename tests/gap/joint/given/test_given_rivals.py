@@ -12,6 +12,7 @@ from bayes_hw.gap.joint.forms.drive_forms import DRIVE_FORMS
 from bayes_hw.gap.joint.forms.effect_form import Form
 from bayes_hw.gap.joint.given import given_rivals
 from bayes_hw.gap.joint.given.given_base import best_base
+from bayes_hw.gap.joint.given.given_response import GivenFit
 from bayes_hw.gap.joint.given.given_rivals import instead_of, plainly_named
 from bayes_hw.gap.joint.residuals.noise_screen import first_order_noise
 from bayes_hw.gap.joint.search import sight
@@ -85,6 +86,45 @@ def test_a_law_is_held_against_its_look_alikes_of_other_names() -> None:
     assert leads["other"]["friction"] > 50
 
 
+def test_the_command_is_let_into_what_a_law_of_states_found() -> None:
+    """A dead band of the drive is reached from a contact that stands in its place and explains less; of a
+    friction of the motor nothing is made that leads it."""
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    contact = form("backlash", "dynamic")
+    for planted, wrong, led in (
+        (torque(band, (0.1,), 0.02), contact, True),
+        (torque(form("friction", "Coulomb, motor"), (0.02,), 0.012), None, False),
+    ):
+        base = best_base(measured((planted,), 400, (1,)), model())
+        taken, start = (planted.form, planted.values.tolist()) if wrong is None else (wrong, (0.003,))
+        begun = base.with_effect(taken, start).with_signal(0)
+        fit = begun.descended_under(0, 40).descended()
+        found = given_rivals._led_to_the_demand(fit)
+        assert {one.labels for one in found} == ({("other",)} if led else set())
+        assert all(one.score > fit.score + sight.FRICTION_LEAD for one in found)
+
+
+def test_what_leads_is_exchanged_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Labels present take what is better for them of its motion; where the strongest still leads, none do."""
+    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
+    base = best_base(measured((rub,), 400, (1,)), model())
+    friction = base.with_effect(rub.form, (0.02,))
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    other = base.with_effect(band, (0.1,))
+
+    def raised(fit: GivenFit, nats: float) -> GivenFit:
+        return replace(fit, point=replace(fit.point, log_likelihood=fit.point.log_likelihood + nats))
+
+    low, high = raised(friction, 300.0), raised(friction, 500.0)
+    leading = raised(other, 400.0 + friction.score - other.score)
+    monkeypatch.setattr(given_rivals, "_exchanged", lambda fit: [low, high] if fit is leading else [])
+    assert given_rivals._exchanged_back({"friction": friction, "other": leading}, "friction") == {
+        "friction": high
+    }
+    assert given_rivals._exchanged_back({"friction": high, "other": leading}, "friction") == {}
+    assert given_rivals._exchanged_back({"backlash": friction, "other": leading}, "backlash") == {}
+
+
 def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Unless it explains clearly more than friction does; where there is no friction it stays."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
@@ -95,6 +135,7 @@ def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest
     likelihood = other.point.log_likelihood + sight.FRICTION_LEAD + 20
     better = replace(other, point=replace(other.point, log_likelihood=likelihood))
     monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit in (other, better))
+    monkeypatch.setattr(sight, "looks_alike", lambda *_: False)
     for ends, left in (
         ({"friction": friction, "other": other}, {"friction"}),
         ({"friction": friction, "other": better}, {"friction", "other"}),

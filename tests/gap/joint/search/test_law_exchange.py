@@ -26,10 +26,12 @@ from bayes_hw.gap.joint.response.joint_values import Effect, JointValues
 from bayes_hw.gap.joint.search import law_exchange, sight
 from bayes_hw.gap.joint.search.law_exchange import (
     EXCHANGED,
+    as_laws_of_the_demand,
     begun_in_its_place,
     exchanged,
     exchanges,
     laws_of,
+    more_of_the_command,
 )
 from bayes_hw.gap.joint.search.motion import Motion
 from bayes_hw.gap.joint.search.sight import is_hidden_friction, named_by_sight, share_following
@@ -102,6 +104,26 @@ def test_what_the_drive_does_is_reached_from_records_alone(name: str) -> None:
     of_the_drive = [one for one in found if one.values.effects[-1].form in DRIVE_FORMS]
     assert of_the_drive
     assert max(one.log_likelihood for one in of_the_drive) > truth.log_likelihood - 10
+
+
+def test_a_law_of_the_demand_takes_up_a_motion_that_another_found() -> None:
+    """Begun by states alone it gives nearly the torque of the old law; with more of the command in it that of
+    the states is the same in units of its size, and it enters as before."""
+    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
+    fit = _fit(RUB, RUB)
+    begun = as_laws_of_the_demand(fit, 0)
+    assert [one.values.effects[0].form for one in begun] == [band]
+    (one,) = begun
+    assert one.values.effects[0].values[0] == pytest.approx(3 * one.response.scale.speed)
+    torques = [each.response.along(each.values, 0).torques[0] for each in (fit, one)]
+    assert abs(np.corrcoef(torques[0], torques[1])[0, 1]) > 0.8
+    more = more_of_the_command(one)
+    before, after = one.values.effects[0], more.values.effects[0]
+    assert before.ports is not None and after.ports is not None
+    assert after.values[0] == pytest.approx(0.6 * before.values[0])
+    np.testing.assert_allclose(after.ports.signal_sections, 0.6 * before.ports.signal_sections)
+    np.testing.assert_allclose(after.ports.signal_real, 0.6 * before.ports.signal_real)
+    np.testing.assert_allclose(after.ports.sections, before.ports.sections)
 
 
 @pytest.mark.parametrize("twist", [True, False])

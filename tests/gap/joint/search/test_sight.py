@@ -93,6 +93,16 @@ def test_what_friction_explains_nearly_as_well_is_friction(
     assert sight.stands_for_friction(fit, gained, by_friction) == stands
     monkeypatch.setattr(sight, "is_hidden_friction", lambda _: False)
     assert not sight.stands_for_friction(fit, gained, by_friction)
+    assert sight.stands_for_friction(fit, gained, by_friction, fit) == stands
+
+
+def test_what_looks_at_one_motion_looks_alike() -> None:
+    """Whatever its size and its port; what looks at the speed does not look at a twist, nor at nothing."""
+    rub = form("friction", "Coulomb, motor")
+    fit = fit_with(torque(rub, (0.02,), 0.012))
+    assert sight.looks_alike(fit, fit_with(torque(rub, (0.05,), 0.01)))
+    assert not sight.looks_alike(fit, fit_with(some_effect(HYSTERESIS)))
+    assert not sight.looks_alike(fit, fit.without("friction"))
 
 
 @pytest.mark.parametrize(
