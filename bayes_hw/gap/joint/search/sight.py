@@ -138,10 +138,17 @@ def stands_for_friction(
 ) -> bool:
     """Whether it is friction under another name, which gains little more nats than friction's `own` law does:
     through free ports they are one curve, and what it looks at tells which; what friction itself looks at
-    there may be the motion of a part that the reading follows from afar."""
+    there, a motion that goes with the speed more than with the acceleration, may be that of a part which the
+    reading follows from afar."""
     if gained - by_friction >= max(FRICTION_LEAD, FORM_SHARE * gained):
         return False
-    return is_hidden_friction(fit) or (own is not None and looks_alike(fit, own))
+    return is_hidden_friction(fit) or (own is not None and looks_alike(fit, own) and rubs(own))
+
+
+def rubs(fit: JointFit) -> bool:
+    """Whether the last effect's law looks at what follows the speed more than the acceleration."""
+    by_speed, by_acceleration = shares_of_motion(fit, len(fit.values.effects) - 1)
+    return by_acceleration < LITTLE * by_speed
 
 
 def looks_alike(one: JointFit, other: JointFit) -> bool:
