@@ -83,7 +83,7 @@ def instead_of(
     may_be_other = fit.effect_labels[-1:] == (strongest,) and not time_is_up()
     for one in [*_exchanged(fit), *_led_to_the_demand(fit), *misread(fit)] if may_be_other else ():
         label = one.effect_labels[-1]
-        found[label] = highest([one, *([found[label]] if label in found else [])])
+        found[label] = highest([one, found.get(label, one)])
     found |= _exchanged_back(found, strongest)
     if time_is_up():
         return found if len(found) > 1 else {}
@@ -131,8 +131,8 @@ def _exchanged_back(found: Mapping[str, GivenFit], strongest: str) -> dict[str, 
     better: dict[str, GivenFit] = {}
     for one in _exchanged(found[leading]):
         label = one.effect_labels[-1]
-        if label in found and one.score > found[label].score:
-            better[label] = highest([one, *([better[label]] if label in better else [])])
+        if label in found:
+            better[label] = highest([better.get(label, found[label]), one])
     return better
 
 

@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.forms.drive_forms import OF_DEMAND
 from bayes_hw.gap.joint.forms.joint_forms import AS_SHAPE, AT_ONCE, BY_TWIST, REMEMBERING, TURNS_SEEN
 from bayes_hw.gap.joint.response.effect_paths import through_port
 from bayes_hw.gap.joint.response.joint_values import JointValues
+from bayes_hw.gap.joint.search.motion import Motion
 from bayes_hw.gap.joint.search.verification import FORM_SHARE
 from bayes_hw.identify.cascade_roots import section_poles
 
@@ -157,9 +158,7 @@ def looks_alike(one: JointFit, other: JointFit) -> bool:
     for fit in (one, other):
         if not fit.values.effects or fit.values.effects[-1].ports is None:
             return False
-        row = fit.values.law_row(len(fit.values.effects) - 1)
-        runs = [fit.response.along(fit.values, n) for n in range(len(fit.response.records))]
-        signals.append(np.concatenate([run.signals[row] for run in runs]))
+        signals.append(Motion.of(fit, len(fit.values.effects) - 1).signal)
     return len(signals[0]) == len(signals[1]) and share_following(*signals) > ALIKE
 
 

@@ -104,13 +104,19 @@ def test_the_command_is_let_into_what_a_law_of_states_found() -> None:
         assert all(one.score > fit.score + sight.FRICTION_LEAD for one in found)
 
 
-def test_what_leads_is_exchanged_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Labels present take what is better for them of its motion; where the strongest still leads, none do."""
+def _friction_and_a_dead_band() -> tuple[GivenFit, GivenFit, GivenFit]:
+    """Of a record with a friction: a model, with that friction, and with a dead band of the drive, begun."""
     rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
     base = best_base(measured((rub,), 400, (1,)), model())
     friction = base.with_effect(rub.form, (0.02,))
     band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
     other = base.with_effect(band, (0.1,))
+    return base, friction, other
+
+
+def test_what_leads_is_exchanged_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Labels present take what is better for them of its motion; where the strongest still leads, none do."""
+    _, friction, other = _friction_and_a_dead_band()
 
     def raised(fit: GivenFit, nats: float) -> GivenFit:
         return replace(fit, point=replace(fit.point, log_likelihood=fit.point.log_likelihood + nats))
@@ -127,11 +133,7 @@ def test_what_leads_is_exchanged_back(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Unless it explains clearly more than friction does; where there is no friction it stays."""
-    rub = torque(form("friction", "Coulomb, motor"), (0.02,), 0.012)
-    base = best_base(measured((rub,), 400, (1,)), model())
-    friction = base.with_effect(rub.form, (0.02,))
-    band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
-    other = base.with_effect(band, (0.1,))
+    base, friction, other = _friction_and_a_dead_band()
     likelihood = other.point.log_likelihood + sight.FRICTION_LEAD + 20
     better = replace(other, point=replace(other.point, log_likelihood=likelihood))
     monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit in (other, better))
