@@ -162,6 +162,7 @@ def remains_of(
         blocks=with_floor(negative_log_p, is_in_the_scatter(left)),
         named=blocks_to_check(explanation),
         predicted=_predicted(base, explanation, negative_log_p),
+        unheard_of=bool(explanation.unheard_of),
     )
 
 

@@ -48,7 +48,8 @@ class Remains:
     for a line in its spectrum: chaos has none. `blocks` is by block the negative_log_p, in nats, of what
     functions that name no cause take of the base's gap, `named` the blocks of the effects that explain it,
     none where that says nothing of them. `predicted` is, of one effect whose motion is said to be chaotic,
-    what those functions take of its log-evidence over the base.
+    what those functions take of its log-evidence over the base. `unheard_of` where an effect would need
+    numbers that none of its kind has: it explains nothing then.
     """
 
     leftovers: tuple[ResidualDiagnostic, ...]
@@ -60,6 +61,7 @@ class Remains:
     blocks: Mapping[str, float] = field(default_factory=dict)
     named: tuple[str, ...] = ()
     predicted: float = 0.0
+    unheard_of: bool = False
 
     def probability_of_blocks(self, sharpness: float) -> dict[str, float]:
         """Of every block that the gap of the base enters there; odds are one plus a block's negative log
@@ -117,13 +119,15 @@ def choose_labels(
 def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """Odds that what is left is structure, larger than is expected beside the noise, that the cause is in a
     block where nothing that is named enters, every block having the sensor's floor, or that what is called
-    chaos follows the command after all.
+    chaos follows the command after all. An effect of numbers that are unheard of is another cause for certain.
 
     A small remainder of a wrong explanation is told by a function of small p-value, since right ones that can
     be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up
     most of a wrong response: of what a free function of command or motion would explain, or gusts that follow
     them, less then counts. A free torque in time is what slow noise is itself.
     """
+    if remains.unheard_of:
+        return 1.0
     odds = -math.inf
     if remains.named:
         told = replace(remains, blocks={block: max(x, FLOOR) for block, x in remains.blocks.items()})
@@ -162,7 +166,7 @@ def judge(
 ) -> Judgement:
     """The answer and the marginal probability of every label, of none and of other."""
     other = min(probability_of_other(remains, calibration), calibration.other_ceiling)
-    if remains.excused:
+    if remains.excused and not remains.unheard_of:
         lines = tuple(item for item in remains.leftovers if item.kind == LINE)
         of_line = probability_of_other(replace(remains, leftovers=lines, loose=False), calibration)
         other = max(min(other, 1 - calibration.other_ceiling), min(of_line, calibration.other_ceiling))

@@ -12,6 +12,7 @@ from bayes_hw.gap.case.case import Case
 from bayes_hw.gap.case.repeats import repeats
 from bayes_hw.gap.case.simulator_case import SimulatorCase
 from bayes_hw.gap.criticism.left_out import LeftOut
+from bayes_hw.gap.effects.words import label_words, parameter_words
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.search.attribute import Attribution
 
@@ -62,9 +63,22 @@ def notes_on(
             "no model here holds: base parameters are given about the best explanation that failed, as far "
             "off as those lie apart"
         )
+        notes += _of_the_unheard_of(decision.explanation)
     else:
         notes += of_left_out(decision.explanation.labels, left_out)
     return notes
+
+
+def _of_the_unheard_of(explanation: Explanation) -> list[str]:
+    """What the best explanation would need that no effect of its kind has."""
+    hypothesis, found = explanation.fit.hypothesis, []
+    values = hypothesis.to_values(explanation.fit.coordinates)
+    for name in explanation.unheard_of:
+        row = [parameter.name for parameter in hypothesis.parameters].index(name)
+        amount = f"{values[row]:.3g} {hypothesis.parameters[row].unit}".rstrip()
+        label = label_words(name.partition(".")[0])
+        found.append(f"{label} would need {amount} of {parameter_words(name)}, more or less than any has")
+    return found
 
 
 def of_left_out(chosen: tuple[str, ...], left_out: Mapping[tuple[str, ...], LeftOut]) -> list[str]:

@@ -11,7 +11,7 @@ from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.answer.words_of_answer import disagreement
 from bayes_hw.gap.effects.catalogue import block_of
-from bayes_hw.gap.effects.words import BLOCK_WORDS, UNSAID, label_words, parameter_words
+from bayes_hw.gap.effects.words import BLOCK_WORDS, is_said, label_words, parameter_words
 from bayes_hw.gap.search.attribute import Attribution
 
 MOST_AMOUNTS = 2
@@ -84,7 +84,7 @@ def _amounts(verdict: Verdict) -> str:
         own = [
             (name, estimate)
             for name, estimate in verdict.parameters.items()
-            if name.partition(".")[0] == label and name.partition(".")[2] not in UNSAID
+            if name.partition(".")[0] == label and is_said(name)
         ]
         said += [f"{parameter_words(name)} {_amount(estimate)}" for name, estimate in own[:MOST_AMOUNTS]]
     return f": {'; '.join(said)}" if said else ""

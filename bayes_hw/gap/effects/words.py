@@ -49,6 +49,11 @@ UNSAID = frozenset({"smoothing_speed"})
 """Parameters that a sentence leaves out: they round a corner and are no property that anyone looks up."""
 
 
+def is_said(name: str) -> bool:
+    """Whether a parameter `label.name` of an effect is a property that a reader may look up."""
+    return name.partition(".")[2] not in UNSAID
+
+
 def label_words(label: str) -> str:
     """A label in words, such as "limits that vary with position"."""
     title = DESCRIPTIONS[label].title if label in DESCRIPTIONS else label.replace("_", " ")

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from bayes_hw.arrays import FloatArray
+from bayes_hw.gap.effects.words import is_said
 from bayes_hw.gap.fit.fit import Fit, fitted_on
 from bayes_hw.gap.fit.hypothesis import LARGEST_STRAIN, Hypothesis
 from bayes_hw.gap.noise.random_cause import ROUNDING, Tracking
@@ -148,6 +149,22 @@ class Explanation:
         """Whether a base parameter is farther from the nominal model than a nominal model can be off."""
         deviations = self.fit.hypothesis.prior_deviations(self.fit.coordinates)
         return bool(np.any(np.abs(deviations[: self.fit.hypothesis.base_count]) > LARGEST_STRAIN))
+
+    @property
+    def unheard_of(self) -> tuple[str, ...]:
+        """Names of the parameters of effects that are farther from what such effects have than any can be,
+        but for their sizes, which may be any, and what is not said since it only rounds a corner."""
+        hypothesis, found = self.fit.hypothesis, list[str]()
+        deviations = np.abs(hypothesis.prior_deviations(self.fit.coordinates))
+        for effect, rows in zip(hypothesis.effects, hypothesis.effect_rows, strict=True):
+            sizes = np.not_equal(effect.test_values, effect.vanishing_values)
+            own = zip(hypothesis.parameters[rows], deviations[rows], sizes, strict=True)
+            found += [
+                parameter.name
+                for parameter, deviation, size in own
+                if deviation > LARGEST_STRAIN and not size and is_said(parameter.name)
+            ]
+        return tuple(found)
 
     @property
     def innovations(self) -> list[FloatArray]:

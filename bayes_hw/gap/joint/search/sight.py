@@ -26,9 +26,10 @@ from bayes_hw.identify.cascade_roots import section_poles
 ALIKE = 0.8
 """Share of what a law looks at that follows what another one does, where both look at one motion."""
 
-TWISTED, SEEN, LITTLE = 0.1, 0.2, 0.5
-"""Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction, at
-least; what follows the acceleration over what follows the speed: more in a twist, less in a friction."""
+TWISTED, SEEN, FROM_AFAR, LITTLE = 0.1, 0.2, 0.1, 0.5
+"""Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction and in
+one of a part that the reading follows from afar, at least; what follows the acceleration over what follows the
+speed: more in a twist, less in a friction."""
 
 FRICTION, FRICTION_LEAD = "friction", 15.0
 """A label, and nats by which a law that looks at the speed of the axis must lead its own to be none; more
@@ -147,9 +148,9 @@ def stands_for_friction(
 
 
 def rubs(fit: JointFit) -> bool:
-    """Whether the last effect's law looks at what follows the speed more than the acceleration."""
+    """Whether the last effect's law looks at what follows the speed, and more than the acceleration."""
     by_speed, by_acceleration = shares_of_motion(fit, len(fit.values.effects) - 1)
-    return by_acceleration < LITTLE * by_speed
+    return by_speed > FROM_AFAR and by_acceleration < LITTLE * by_speed
 
 
 def looks_alike(one: JointFit, other: JointFit) -> bool:
