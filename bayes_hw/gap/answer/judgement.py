@@ -119,7 +119,8 @@ def choose_labels(
 def probability_of_other(remains: Remains, calibration: Calibration) -> float:
     """Odds that what is left is structure, larger than is expected beside the noise, that the cause is in a
     block where nothing that is named enters, every block having the sensor's floor, or that what is called
-    chaos follows the command after all. An effect of numbers that are unheard of is another cause for certain.
+    chaos follows the command after all. An effect of numbers that are unheard of is another cause for
+    certain.
 
     A small remainder of a wrong explanation is told by a function of small p-value, since right ones that can
     be followed sample by sample leave none. Slow noise, where the explanation `drifts`, takes up

@@ -63,13 +63,13 @@ def notes_on(
             "no model here holds: base parameters are given about the best explanation that failed, as far "
             "off as those lie apart"
         )
-        notes += _of_the_unheard_of(decision.explanation)
+        notes += of_the_unheard_of(decision.explanation)
     else:
         notes += of_left_out(decision.explanation.labels, left_out)
     return notes
 
 
-def _of_the_unheard_of(explanation: Explanation) -> list[str]:
+def of_the_unheard_of(explanation: Explanation) -> list[str]:
     """What the best explanation would need that no effect of its kind has."""
     hypothesis, found = explanation.fit.hypothesis, []
     values = hypothesis.to_values(explanation.fit.coordinates)
@@ -77,7 +77,7 @@ def _of_the_unheard_of(explanation: Explanation) -> list[str]:
         row = [parameter.name for parameter in hypothesis.parameters].index(name)
         amount = f"{values[row]:.3g} {hypothesis.parameters[row].unit}".rstrip()
         label = label_words(name.partition(".")[0])
-        found.append(f"{label} would need {amount} of {parameter_words(name)}, more or less than any has")
+        found.append(f"{label} would need {amount} of {parameter_words(name)}, beyond what any has")
     return found
 
 

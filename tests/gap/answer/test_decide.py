@@ -37,6 +37,7 @@ class Stub:
     chaotic: bool = False
     chaotic_response: bool = False
     at_odds_with_prior: bool = False
+    unheard_of: tuple[str, ...] = ()
     display: Any = None
     bent_disturbance: float = 0.0
     followed: Any = None
@@ -116,6 +117,20 @@ def test_what_chaos_far_ahead_leaves_is_no_other_cause(
     decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]
     assert decision.answer == answer
     assert decision.leftovers == tuple(left)
+
+
+@pytest.mark.parametrize(
+    ("unheard_of", "answer"),
+    [((), ("unmodelled_mode",)), (("unmodelled_mode.damping_ratio",), ("other",))],
+)
+def test_what_has_numbers_that_are_unheard_of_is_no_answer(
+    unheard_of: tuple[str, ...], answer: tuple[str, ...]
+) -> None:
+    best = Stub(("unmodelled_mode",), 300, unheard_of=unheard_of)
+    remains = remains_of(Stub((), 0), best, [], {**SURPRISES, "linear": 300.0})  # type: ignore[arg-type]
+    scores = {(): 0.0, ("unmodelled_mode",): 300.0}
+    decision = decide(best, scores, remains, LABELS, CONSTANTS)  # type: ignore[arg-type]
+    assert decision.answer == answer
 
 
 @pytest.mark.parametrize(("gain", "answer"), [(9.0, ()), (11.0, ("friction",))])

@@ -154,6 +154,17 @@ def test_other_takes_the_place_of_a_name() -> None:
     assert judgement.probability["other"] > 0.95 > 0.05 > judgement.probability["friction"]
 
 
+@pytest.mark.parametrize("excused", [False, True])
+def test_an_effect_of_numbers_that_are_unheard_of_explains_nothing(excused: bool) -> None:
+    """However far ahead it is, and where all that it leaves is excused: `other`, as sure as that can be."""
+    scores = {(): 0.0, ("unmodelled_mode",): 900.0}
+    for unheard_of, answer in ((False, ("unmodelled_mode",)), (True, ("other",))):
+        remains = Remains((), loose=excused, excused=excused, unheard_of=unheard_of)
+        judgement = judge(("unmodelled_mode",), scores, remains, LABELS, CONSTANTS)
+        assert judgement.answer == answer
+    assert judgement.probability["other"] == pytest.approx(min(CONSTANTS.other_ceiling, 1 - CONSTANTS.floor))
+
+
 def test_a_search_that_found_nothing_may_have_missed_it() -> None:
     """However much is left, `other` is no surer than its ceiling, and still the answer."""
     constants = replace(CONSTANTS, other_ceiling=0.9)

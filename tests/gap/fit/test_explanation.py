@@ -12,7 +12,9 @@ from scipy.signal import lfilter
 
 from bayes_hw.gap.effects.drive import DynamicBacklash, KinematicBacklash
 from bayes_hw.gap.effects.effect import Effect
-from bayes_hw.gap.effects.linear import CubicStiffness
+from bayes_hw.gap.effects.friction import CoulombFrictionAtMotor
+from bayes_hw.gap.effects.linear import CubicStiffness, UnmodelledMode
+from bayes_hw.gap.effects.sensor import GainAsymmetry
 from bayes_hw.gap.fit.explanation import (
     REPEATS_MARGIN,
     Explanation,
@@ -101,6 +103,34 @@ def test_base_parameters_far_from_the_nominal_strain_an_explanation(moved: float
     found = StochasticFit("outliers", "", noise, noise.log_likelihood, {})
     host = replace(fit, hypothesis=hypothesis, coordinates=at)
     assert replace(with_stochastic(found, fit), fit=host).at_odds_with_prior == strained
+
+
+@pytest.mark.parametrize(
+    ("effect", "number", "moved", "found"),
+    [
+        (UnmodelledMode(), 2, 0.9, ()),
+        (UnmodelledMode(), 2, 1.1, ("unmodelled_mode.damping_ratio",)),
+        (UnmodelledMode(), 1, -1.1, ("unmodelled_mode.frequency_hz",)),
+        (UnmodelledMode(), 0, 2.0, ()),
+        (CoulombFrictionAtMotor(), 1, 2.0, ()),
+        (GainAsymmetry(), 0, 2.0, ()),
+    ],
+)
+def test_what_an_effect_never_has_but_its_size_is_unheard_of(
+    effect: Effect, number: int, moved: float, found: tuple[str, ...]
+) -> None:
+    """A mode may be heavy and gains as unequal as they are; what rounds the corner of a friction is nothing
+    that anyone knows of."""
+    fit = with_residuals([white(SAMPLES, SIGMA, 0)])
+    hypothesis = base(records=1).with_effect(effect)
+    at = hypothesis.prior_means.copy()
+    at[hypothesis.base_count + number] += (
+        moved * LARGEST_STRAIN * hypothesis.prior_sds[hypothesis.base_count + number]
+    )
+    at[0] += 2 * LARGEST_STRAIN * hypothesis.prior_sds[0]
+    host = replace(fit, hypothesis=hypothesis, coordinates=at)
+    explanation = Explanation(host, None, 0.0)
+    assert explanation.unheard_of == found
 
 
 def shown(label: str, display: HeldDisplay | RoundedDisplay | None, log_evidence: float) -> Explanation:

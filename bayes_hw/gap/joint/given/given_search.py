@@ -34,7 +34,7 @@ from bayes_hw.gap.joint.given.second_labels import beside_each, both_instead, se
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
-from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, LEFT_OUT
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
 from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
 from bayes_hw.gap.joint.search.laws_of_states import every_law
@@ -226,7 +226,7 @@ def _followed(
         say(f"{log_evidence(best.score - fit.score)}: {described(best)}")
         clear = trail.clear_of_zone(best, instead)
         if clear is not None:
-            say("what a slow error may shift into the dead zone is left out")
+            say(LEFT_OUT)
             carried = [on_records(best, clear.records)] if best.response.cause is not None else []
             trail, steps = clear, 0
             continue

@@ -7,14 +7,16 @@ leads.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from bayes_hw.arrays import BoolArray
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.fit.structure_moves import pruned, regrown
 from bayes_hw.identify.growth.coloured import log_likelihood_of_t
-from bayes_hw.identify.growth.descent import innovations
+from bayes_hw.identify.growth.descent import innovations, whitened
 
 DEGREES_OF_FREEDOM = (2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 """That are tried; more are nearly normal."""
@@ -22,10 +24,15 @@ DEGREES_OF_FREEDOM = (2.0, 3.0, 4.0, 6.0, 10.0, 20.0)
 NEARLY_NORMAL = 1e6
 
 
-def tails_of(fit: JointFit) -> tuple[float, float]:
+def tails_of(fit: JointFit, where: Sequence[BoolArray] | None = None) -> tuple[float, float]:
     """Nats by which Student t explains a fit's innovations better than a normal distribution, less half a
-    logarithm of the samples, at the best number of degrees of freedom; that number."""
-    squares = np.concatenate([a**2 for a in innovations(fit.point)])
+    logarithm of the samples, at the best number of degrees of freedom; that number. Of the samples `where`
+    (samples,) of every record is true, if given, which were measured."""
+    if where is None:
+        squares = np.concatenate([a**2 for a in innovations(fit.point)])
+    else:
+        every = whitened(fit.point, fit.point.residuals)
+        squares = np.concatenate([a[mask] ** 2 for a, mask in zip(every, where, strict=True)])
     normal = log_likelihood_of_t(squares, NEARLY_NORMAL)
     nats = [log_likelihood_of_t(squares, n) - normal for n in DEGREES_OF_FREEDOM]
     best = int(np.argmax(nats))

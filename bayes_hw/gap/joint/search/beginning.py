@@ -19,6 +19,7 @@ from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
+from bayes_hw.gap.joint.search.hidden_zone import where_it_shows
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
@@ -28,6 +29,9 @@ from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
+
+LEFT_OUT = "what a slow error may shift into the dead zone is left out"
+"""Said where a search goes on with samples that are clear of the zone."""
 
 CONTEST_SHARE = 0.3
 """Of the best label's nats, from which another is given the ports, forms and poles it asks for as well."""
@@ -51,7 +55,8 @@ GROWN = 0.5
 @dataclass(frozen=True, eq=False)
 class Beginning:
     """The best cascade without effects, known inputs in it, faults of the readings, the best explanations by
-    one label each, and a motion of one frequency in time; `unfinished` where growing had no time left."""
+    one label each, and a motion of one frequency in time; `unfinished` where growing had no time left, all
+    of samples `clear_of_zone` where what is left of the others comes and goes with the dead zone."""
 
     base: JointFit
     readings: Readings
@@ -59,6 +64,7 @@ class Beginning:
     trials: tuple[JointFit, ...]
     tone: Tone | None
     unfinished: bool
+    clear_of_zone: bool = False
 
     @classmethod
     def of(cls, records: Sequence[Record], told: Callable[[str], None]) -> Beginning:
@@ -73,6 +79,11 @@ class Beginning:
             readings = read_faults(base)
             if readings.nats:
                 base = weighted(base, readings.weights)
+        clear = where_it_shows(base, records)
+        if clear is not None:
+            told(LEFT_OUT)
+            return replace(cls.of(clear, told), clear_of_zone=True)
+        base = with_heavy_tails(base, VERIFIED_NATS, readings.step)
         return cls(base, readings, known, tuple(_first_labels(base, readings)), tone_in(base), unfinished)
 
     @property
@@ -101,8 +112,7 @@ def leads(tone: Tone, base: JointFit, trials: Sequence[JointFit]) -> bool:
 
 
 def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[JointFit, Readings]:
-    """The best cascade without effects under the weights that the readings' faults ask for; its innovations
-    may have heavy tails."""
+    """The best cascade without effects under the weights that the readings' faults ask for."""
     base = grown_base(records, white_noise_level([record.y_or_nan for record in records]))
     readings = read_faults(base)
     scale = readings.seen_in(base.response.scale)
@@ -115,7 +125,6 @@ def _begun(records: Sequence[Record], say: Callable[[str], None]) -> tuple[Joint
         again = glitches_read_again(base, readings)
         if again is not readings:
             base, readings = weighted(base, again.weights), again
-    base = with_heavy_tails(base, VERIFIED_NATS, readings.step)
     say(f"without effects: {described(base)}")
     return base, readings
 

@@ -16,7 +16,9 @@ import numpy as np
 from bayes_hw.arrays import BoolArray, FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit, JointFit
 from bayes_hw.gap.joint.noise.slow_noise import WIND
+from bayes_hw.gap.joint.residuals.heavy_tails import tails_of
 from bayes_hw.gap.joint.search.effect_moves import each_cause
+from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Record
@@ -39,6 +41,17 @@ def clear_of_zone(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...
     the fit leaves is not slow, where that is none of the samples or too many, or where a record would be
     left without any."""
     return None if fit.point.rms < SLOW * fit.innovation_sigma else out_of_reach(fit, records)
+
+
+def where_it_shows(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:
+    """`records` clear of the dead zone where rare large innovations are those of a slow error that the zone
+    takes in and lets out: none are left there. None else."""
+    if tails_of(fit)[0] < VERIFIED_NATS:
+        return None
+    clear = clear_of_zone(fit, records)
+    if clear is None or tails_of(fit, [record.measured_samples for record in clear])[0] > 0:
+        return None
+    return clear
 
 
 def out_of_reach(fit: JointFit, records: Sequence[Record]) -> tuple[Record, ...] | None:

@@ -15,7 +15,7 @@ from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.tone import Tone
-from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, Beginning, one_more
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, LEFT_OUT, Beginning, one_more
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
@@ -103,6 +103,8 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
     much time for that as it took before; at once where the beginning says so."""
     told, at_first = say or silent, seconds_left()
     beginning = Beginning.of(records, told)
+    if beginning.clear_of_zone:
+        return replace(_searched(beginning, records, told), clear_of_zone=True)
     best = highest([beginning.base, *beginning.trials])
     clear = clear_of_zone(best, records) if beginning.is_of_slow_noise else None
     if clear is None:
@@ -116,7 +118,7 @@ def search(records: Sequence[Record], say: Callable[[str], None] | None = None) 
             return found
         if seconds_left() < 0.5 * at_first:
             return replace(found, cut_short=True)
-    told("what a slow error may shift into the dead zone is left out")
+    told(LEFT_OUT)
     return replace(_searched(Beginning.of(clear, told), records, told), clear_of_zone=True)
 
 

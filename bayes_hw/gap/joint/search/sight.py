@@ -28,8 +28,8 @@ ALIKE = 0.8
 
 TWISTED, SEEN, FROM_AFAR, LITTLE = 0.1, 0.2, 0.1, 0.5
 """Shares of a signal's variance: that follow the acceleration in a twist, and the speed in a friction and in
-one of a part that the reading follows from afar, at least; what follows the acceleration over what follows the
-speed: more in a twist, less in a friction."""
+one of a part that the reading follows from afar, at least; what follows the acceleration over what follows
+the speed: more in a twist, less in a friction."""
 
 FRICTION, FRICTION_LEAD = "friction", 15.0
 """A label, and nats by which a law that looks at the speed of the axis must lead its own to be none; more

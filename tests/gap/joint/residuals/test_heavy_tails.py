@@ -58,3 +58,13 @@ def test_what_rounding_makes_is_no_heavy_tail() -> None:
     assert tails_of(fit)[0] > ASKED
     assert with_heavy_tails(fit, ASKED, step) is fit
     assert with_heavy_tails(fit, ASKED, 0.2 * step).has_heavy_tails
+
+
+def test_tails_of_some_samples_are_those_of_no_others() -> None:
+    """Large errors in the second half of every record show there and not in the first."""
+    rng, half = np.random.default_rng(3), np.arange(SAMPLES) < SAMPLES // 2
+    noises = [SIGMA * rng.standard_normal(SAMPLES) for _ in range(2)]
+    fit = _fit([np.where(half, e, SIGMA * rng.standard_t(3, SAMPLES)) for e in noises])
+    assert tails_of(fit)[0] > ASKED
+    assert tails_of(fit, [half, half])[0] < 0
+    assert tails_of(fit, [~half, ~half])[0] > ASKED

@@ -25,6 +25,7 @@ from bayes_hw.gap.joint.search.beginning import (
 )
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import Point, evaluate
+from bayes_hw.record import Record
 
 BASE = 100.0
 READINGS = cast(Readings, None)
@@ -133,3 +134,19 @@ def _bare(samples: int) -> tuple[JointResponse, Point]:
     """The axis without effects at its true values, on a record of nothing."""
     response, values = response_with((), samples)
     return response, evaluate(response, response.coordinates(values))
+
+
+def test_what_the_zone_hides_is_left_out_before_labels_are_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once, and the search that goes on from there says so."""
+    whole, clear = [cast(Record, "whole")], (cast(Record, "clear"),)
+    shown = {"whole": clear, "clear": None}
+    monkeypatch.setattr(beginning, "_begun", lambda *_: (_fit(0.0), SimpleNamespace(nats={}, step=None)))
+    monkeypatch.setattr(beginning, "with_known_inputs", lambda base: (base, ()))
+    monkeypatch.setattr(beginning, "where_it_shows", lambda _, records: shown[records[0]])
+    monkeypatch.setattr(beginning, "with_heavy_tails", lambda base, *_: base)
+    monkeypatch.setattr(beginning, "_first_labels", lambda *_: [])
+    monkeypatch.setattr(beginning, "tone_in", lambda _: None)
+    told: list[str] = []
+    assert Beginning.of(whole, told.append).clear_of_zone
+    assert told == [beginning.LEFT_OUT]
+    assert not Beginning.of(clear, told.append).clear_of_zone

@@ -21,6 +21,7 @@ from bayes_hw.gap.joint.search.hidden_zone import (
     deep_inside,
     likelier_cause,
     nats_inside,
+    where_it_shows,
 )
 from bayes_hw.identify.growth.descent import evaluate
 from bayes_hw.record import Record
@@ -35,20 +36,22 @@ def command() -> FloatArray:
     return 0.28 * np.sign(np.sin(np.pi * (np.arange(SAMPLES) + 160) / 320))
 
 
-def slow(rng: np.random.Generator) -> FloatArray:
-    """Of four deviations of the readings' noise, remembered for four seconds."""
+def slow(rng: np.random.Generator, memory: float = 0.9875) -> FloatArray:
+    """Of four deviations of the readings' noise, remembered for four seconds, or a `memory` of a sample."""
     e, found = rng.standard_normal(SAMPLES), np.zeros(SAMPLES)
     for k in range(1, SAMPLES):
-        found[k] = 0.9875 * found[k - 1] + 0.1577 * e[k]
+        found[k] = memory * found[k - 1] + np.sqrt(1 - memory**2) * e[k]
     return 4 * SIGMA * found
 
 
-def shifted(*, of_axis: bool, size: float = 1.0) -> tuple[JointResponse, list[Record]]:
+def shifted(
+    *, of_axis: bool, size: float = 1.0, memory: float = 0.9875
+) -> tuple[JointResponse, list[Record]]:
     """Records with a slow error of the axis, before its dead zone, or of its readings."""
     response, found = JointResponse(STRUCTURE, (), [], scale(SAMPLES)), []
     for seed in (1, 2):
         rng, u = np.random.default_rng(seed), command()
-        w, off = response.simulate(WIDE, u).w, size * slow(rng)
+        w, off = response.simulate(WIDE, u).w, size * slow(rng, memory)
         inner = w + off if of_axis else w
         y = np.sign(inner) * np.maximum(np.abs(inner) - HALF_WIDTH, 0.0) + (0.0 if of_axis else off)
         found.append(replace(record(y + SIGMA * rng.standard_normal(SAMPLES), seed), u=u))
@@ -74,6 +77,22 @@ def test_samples_in_reach_of_the_zone_are_left_out() -> None:
 def test_nothing_is_left_out_where_the_error_is_white() -> None:
     response, records = shifted(of_axis=True, size=0.0)
     assert clear_of_zone(fitted(response, records), records) is None
+
+
+def test_large_innovations_at_the_edges_of_the_zone_are_told_from_those_of_readings() -> None:
+    """What the axis does shows outside the zone alone; an error of the readings, and glitches, everywhere."""
+    response, records = shifted(of_axis=True, size=2.0, memory=0.8)
+    clear = where_it_shows(fitted(response, records), records)
+    assert clear is not None
+    whole = sum(int(r.measured_samples.sum()) for r in records)
+    assert sum(int(r.measured_samples.sum()) for r in clear) < whole
+    response, readings = shifted(of_axis=False, size=2.0, memory=0.8)
+    assert where_it_shows(fitted(response, readings), readings) is None
+    rare = 15 * SIGMA * (np.arange(SAMPLES) % 97 == 0)
+    struck = [replace(r, y=r.y + rare) for r in records]
+    fit = fitted(response, struck)
+    assert clear_of_zone(fit, struck) is not None
+    assert where_it_shows(fit, struck) is None
 
 
 def test_no_record_is_left_without_any_sample() -> None:

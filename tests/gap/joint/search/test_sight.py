@@ -93,10 +93,8 @@ def test_what_friction_explains_nearly_as_well_is_friction(
     assert sight.stands_for_friction(fit, gained, by_friction) == stands
     monkeypatch.setattr(sight, "is_hidden_friction", lambda _: False)
     assert not sight.stands_for_friction(fit, gained, by_friction)
-    for by_speed, by_acceleration in ((0.16, 0.003), (0.004, 0.25)):
-        shares = (by_speed, by_acceleration)
+    for shares, rubs in (((0.16, 0.003), True), ((0.004, 0.25), False), ((0.069, 0.006), False)):
         monkeypatch.setattr(sight, "shares_of_motion", lambda *_, shares=shares: shares)
-        rubs = by_speed > by_acceleration
         assert sight.stands_for_friction(fit, gained, by_friction, fit) == (stands and rubs)
 
 
