@@ -30,7 +30,7 @@ from bayes_hw.gap.joint.search.law_exchange import (
     more_of_the_command,
 )
 from bayes_hw.gap.joint.search.laws_of_states import every_law, kicked
-from bayes_hw.gap.joint.search.sight import FRICTION, FRICTION_LEAD, named_by_sight, stands_for_friction
+from bayes_hw.gap.joint.search.sight import FRICTION, LAW_LEAD, named_by_sight, stands_for_friction
 from bayes_hw.gap.joint.search.structural import finer
 from bayes_hw.record import Record
 from bayes_hw.time_budget import time_is_up
@@ -160,7 +160,7 @@ def _led_to_the_demand(fit: GivenFit) -> list[GivenFit]:
     begun = as_laws_of_the_demand(fit, last) if last in laws_of(fit) else []
     begun = [one for one in begun if one.effect_labels[-1] not in fit.labels]
     ended = [kicked(_command_let_in(one)).descended() for one in begun]
-    return [one for one in ended if one.score > fit.score + FRICTION_LEAD]
+    return [one for one in ended if one.score > fit.score + LAW_LEAD]
 
 
 def _command_let_in(begun: GivenFit) -> GivenFit:

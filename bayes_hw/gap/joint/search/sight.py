@@ -31,9 +31,11 @@ TWISTED, SEEN, FROM_AFAR, LITTLE = 0.1, 0.2, 0.1, 0.5
 one of a part that the reading follows from afar, at least; what follows the acceleration over what follows
 the speed: more in a twist, less in a friction."""
 
-FRICTION, FRICTION_LEAD = "friction", 15.0
-"""A label, and nats by which a law that looks at the speed of the axis must lead its own to be none; more
-where it explains so much that their forms' errors come to more."""
+FRICTION = "friction"
+
+LAW_LEAD = 15.0
+"""Nats by which one law must lead another that is nearly the same curve over the same motion to be told from
+it; more where they explain so much that their forms' errors come to more."""
 
 TWISTS = (K.BASE_TWIST, K.BASE_TWIST_RATE)
 
@@ -142,7 +144,7 @@ def stands_for_friction(
     through free ports they are one curve, and what it looks at tells which; what friction itself looks at
     there, a motion that goes with the speed more than with the acceleration, may be that of a part which the
     reading follows from afar."""
-    if gained - by_friction >= max(FRICTION_LEAD, FORM_SHARE * gained):
+    if gained - by_friction >= max(LAW_LEAD, FORM_SHARE * gained):
         return False
     return is_hidden_friction(fit) or (own is not None and looks_alike(fit, own) and rubs(own))
 

@@ -101,7 +101,7 @@ def test_the_command_is_let_into_what_a_law_of_states_found() -> None:
         fit = begun.descended_under(0, 40).descended()
         found = given_rivals._led_to_the_demand(fit)
         assert {one.labels for one in found} == ({("other",)} if led else set())
-        assert all(one.score > fit.score + sight.FRICTION_LEAD for one in found)
+        assert all(one.score > fit.score + sight.LAW_LEAD for one in found)
 
 
 def _friction_and_a_dead_band() -> tuple[GivenFit, GivenFit, GivenFit]:
@@ -134,7 +134,7 @@ def test_what_leads_is_exchanged_back(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_friction_under_another_name_is_no_rival_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Unless it explains clearly more than friction does; where there is no friction it stays."""
     base, friction, other = _friction_and_a_dead_band()
-    likelihood = other.point.log_likelihood + sight.FRICTION_LEAD + 20
+    likelihood = other.point.log_likelihood + sight.LAW_LEAD + 20
     better = replace(other, point=replace(other.point, log_likelihood=likelihood))
     monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit in (other, better))
     monkeypatch.setattr(sight, "looks_alike", lambda *_: False)

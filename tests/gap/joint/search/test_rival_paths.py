@@ -184,8 +184,8 @@ def test_friction_under_another_name_is_no_path_beside_friction(monkeypatch: pyt
     lead = gap.gained - rub.gained
     assert lead > 0
     monkeypatch.setattr(sight, "is_hidden_friction", lambda fit: fit is not rub.fit)
-    monkeypatch.setattr(sight, "FRICTION_LEAD", lead + 1)
+    monkeypatch.setattr(sight, "LAW_LEAD", lead + 1)
     assert plainly_named([gap, rub]) == [rub]
     assert plainly_named([gap]) == [gap]
-    monkeypatch.setattr(sight, "FRICTION_LEAD", lead - 1)
+    monkeypatch.setattr(sight, "LAW_LEAD", lead - 1)
     assert plainly_named([gap, rub]) == [gap, rub]
