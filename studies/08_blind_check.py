@@ -24,7 +24,7 @@ from bayes_hw.gap.blind.score import Score, score_evidence, score_to_dict
 from bayes_hw.report.blind.blind_report import blind_report, share_text
 from bayes_hw.time_budget import SEARCH_S
 
-ROUND = 24
+ROUND = 26
 """Counted up, for seeds never seen, once a report's misses have been read and the code has changed since."""
 
 NUMBERS = {"easy": 240, "hard": 140, "wide": 20}

@@ -1,8 +1,8 @@
 """What noise that is said to have a cause knows of the command.
 
-A drive that gets hot lowers its limits, a supply sags, a converter follows its source with play. What these
-leave is slow and follows no angle, and noise that moves the axis is close to it; but neither wind nor an
-angle that walks knows anything of what is commanded.
+A drive that gets hot lowers its limits, a supply sags, a converter follows its source with play, or later
+than the limits it goes into. What these leave is slow and follows no angle, and noise that moves the axis is
+close to it; but neither wind nor an angle that walks knows anything of what is commanded.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ INSTANTS = tuple(np.arange(0.05, 0.951, 0.05))
 
 def command_nats(fit: JointFit) -> float:
     """Nats that what promises most promises under the fit's noise: limits that change at an instant of every
-    record, its own; a gain that does; or play of the command, one of all records. Less the price of what was
-    tried."""
+    record, its own; a gain that does; or, of all records, play of the command or a delay that limits do not
+    have. Less the price of what was tried."""
     screen = NoiseScreen.of(fit, fit.point.whitener)
     responses = [_responses(fit, number) for number in range(len(fit.response.records))]
     changed = [0.0, 0.0]
-    for number, (limits, gain, _) in enumerate(responses):
+    for number, (limits, gain, *_) in enumerate(responses):
         for kind, rows in enumerate((limits, gain)):
             promised = _promised(fit, screen, number, rows)
             changed[kind] += max(max(promised) - float(np.log(len(rows))), 0.0)
-    return max(*changed, screen.gain([play for _, _, play in responses]))
+    of_all = zip(*(own for _, _, *own in responses), strict=True)
+    return max(*changed, *(screen.gain(rows) for rows in of_all))
 
 
 def limits_that_change(fit: JointFit, screen: NoiseScreen) -> tuple[float, tuple[int, ...]]:
@@ -62,7 +63,8 @@ def last_direction(command: FloatArray) -> FloatArray:
 
 def _responses(fit: JointFit, number: int) -> list[FloatArray]:
     """Derivatives of one record's weighted output: by the logarithm of both limits from every instant on
-    (instants, samples), by that of the command's gain likewise, by half of its play (1, samples)."""
+    (instants, samples), by that of the command's gain likewise, by half of its play (1, samples), and by
+    samples that the command comes sooner where it is at its limits (1, samples)."""
     values, record = fit.values, fit.response.records[number]
     run = fit.response.along(values, number)
     late = fit.structure.delay_samples
@@ -76,5 +78,6 @@ def _responses(fit: JointFit, number: int) -> list[FloatArray]:
         later * np.where(within, 0.0, limited * gain),
         later * run.v,
         np.where(within, -last_direction(asked) * gain, 0.0)[None],
+        np.where(within, 0.0, np.diff(limited, prepend=0.0) * gain)[None],
     )
     return [through_drive(fit.structure, values, row) * slope for row in rows]

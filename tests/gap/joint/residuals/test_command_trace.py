@@ -53,6 +53,21 @@ def test_limits_that_fall_and_play_are_seen() -> None:
     assert _nats(played) > 4 * REFUTED
 
 
+def test_limits_that_have_another_delay_are_seen() -> None:
+    """What comes half a sample sooner, or later, where the command is at a limit moves the axis for good."""
+    response, values = _at_rest()
+    for share in (-0.5, 0.5):
+        angles = []
+        for seed in (1, 2):
+            u = command(SAMPLES, seed)
+            limited = np.clip(u, -0.35, 0.3)
+            sooner = np.where(limited == u, 0.0, share * np.diff(limited, prepend=0.0))
+            noise = SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+            within = replace(values, cascade=replace(values.cascade, lower=-np.inf, upper=np.inf))
+            angles.append(response.simulate(within, limited + sooner).y + noise)
+        assert _nats(angles) > 5 * REFUTED
+
+
 def test_slow_noise_knows_nothing_of_the_command() -> None:
     response, values = _at_rest()
     rng = np.random.default_rng(3)
