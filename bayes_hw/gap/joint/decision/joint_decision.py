@@ -247,7 +247,7 @@ def _probabilities(
 
 def contests(found: JointEvidence, answer: tuple[str, ...], as_good: float) -> list[tuple[str, str, float]]:
     """Labels of the answer, rivals in place of each, and the nats by which it leads; those that were not
-    followed to the end are rivals within `as_good` of it."""
+    followed to the end are rivals within `as_good` of it, on either side."""
     leads: dict[tuple[str, str], float] = {}
     for named, rival, lead in (
         *_followed_rivals(found, answer, as_good),
@@ -271,7 +271,8 @@ def _followed_rivals(
     found: JointEvidence, answer: tuple[str, ...], as_good: float
 ) -> list[tuple[str, str, float]]:
     """Of effects, rivals that were followed to the end, and beside a single one those whose own best
-    explanation is as good. Causes of the noise are rivals of each other."""
+    explanation is as good: one that is far better and is not at the end did not stand. Causes of the noise
+    are rivals of each other."""
     named = next((label for label in (*found.followed, *found.labels) if label in found.nats), None)
     if named is None or named not in answer:
         return []
@@ -282,7 +283,7 @@ def _followed_rivals(
         for label, nats in found.rivals.items()
         if label not in (named, *found.labels)
         and nats > 0
-        and (label in found.followed or (alone and label != OTHER and nats > own - as_good))
+        and (label in found.followed or (alone and label != OTHER and abs(own - nats) < as_good))
     }
     caused = {label: OTHER_CAUSE[label] for label in rivals if OTHER_CAUSE.get(label) in found.labels}
     instead_of = {label: caused.get(label, named) for label in rivals}

@@ -159,6 +159,17 @@ def test_a_rival_as_good_is_stated() -> None:
     assert found.probability["torque_ripple"] > 0.3
 
 
+@pytest.mark.parametrize("answer", ["other", "friction"])
+def test_a_rival_that_did_not_stand_takes_no_probability(answer: str) -> None:
+    """One that leads by far and is not among the ends was refuted: an answer is what is most probable."""
+    for lead, near in ((156.0, False), (3.0, True)):
+        own, rivals = 1691.0, {answer: 1691.0, "backlash": 1691.0 + lead}
+        found = _decided({answer: own}, rivals=rivals, followed=(answer,))
+        assert found.answer == (answer,)
+        assert (found.probability["backlash"] > found.probability[answer]) is near
+        assert (found.probability["backlash"] > 0.4) is near
+
+
 @pytest.mark.parametrize("rival", ["backlash", "other"])
 def test_a_rival_followed_to_the_end_has_its_share_by_nats(rival: str) -> None:
     """However far it falls behind, and whether it has a name or not; one that is near is confusable."""
