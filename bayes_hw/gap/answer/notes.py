@@ -77,7 +77,7 @@ def of_the_unheard_of(explanation: Explanation) -> list[str]:
         row = [parameter.name for parameter in hypothesis.parameters].index(name)
         amount = f"{values[row]:.3g} {hypothesis.parameters[row].unit}".rstrip()
         label = label_words(name.partition(".")[0])
-        found.append(f"{label} would need {amount} of {parameter_words(name)}, beyond what any has")
+        found.append(f"{label} would need a {parameter_words(name)} of {amount}, beyond what any has")
     return found
 
 

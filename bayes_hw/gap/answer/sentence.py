@@ -6,7 +6,7 @@ import math
 from typing import Protocol
 
 from bayes_hw.gap.answer.decide import Decision
-from bayes_hw.gap.answer.notes import starts_disagree
+from bayes_hw.gap.answer.notes import of_the_unheard_of, starts_disagree
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate, Verdict
 from bayes_hw.gap.answer.words_of_answer import disagreement
@@ -61,10 +61,11 @@ def _of_the_gap(diagnosis: Answered) -> str:
         left = diagnosis.decision.leftovers[0]
         best = " and ".join(map(label_words, diagnosis.decision.explanation.labels))
         beside = f"beside the best of them ({best})" if best else "without any of them"
+        why = "; ".join(of_the_unheard_of(diagnosis.decision.explanation))
+        why = why or f"what stays {beside} is {left.size:.2g} times the noise ({left.kind})"
         return (
             f"{differ} and none of the known effects explains it "
-            f"({_percent(verdict.probability['other'])} sure): what stays {beside} "
-            f"is {left.size:.2g} times the noise ({left.kind}). {_entrance(diagnosis)}"
+            f"({_percent(verdict.probability['other'])} sure): {why}. {_entrance(diagnosis)}"
         )
     explanation = diagnosis.decision.explanation
     effects = explanation.fit.hypothesis.effects

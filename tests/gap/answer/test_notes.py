@@ -18,7 +18,7 @@ def test_what_an_effect_would_need_is_said_with_its_amount() -> None:
     fit = with_residuals([white(SAMPLES, SIGMA, 0)])
     hypothesis = base(records=1).with_effect(UnmodelledMode())
     usual = hypothesis.to_values(hypothesis.prior_means)
-    for damping_ratio, said in ((0.02, []), (1.2, ["1.2", "damping ratio"])):
+    for damping_ratio, said in ((0.02, []), (1.2, ["a damping ratio of 1.2"])):
         values = np.append(usual[:-1], damping_ratio)
         moved = replace(fit, hypothesis=hypothesis, coordinates=hypothesis.to_coordinates(values))
         notes = of_the_unheard_of(Explanation(moved, None, 0.0))

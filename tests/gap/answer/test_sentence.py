@@ -7,9 +7,11 @@ from typing import Any
 
 import pytest
 
+from bayes_hw.gap.answer import sentence
 from bayes_hw.gap.answer.sentence import _amount, _of_the_gap, consequence
 from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import Estimate
+from bayes_hw.gap.criticism.residual_diagnostics import ResidualDiagnostic
 
 
 @pytest.mark.parametrize(
@@ -65,6 +67,21 @@ def test_the_gap_is_stated_in_multiples_of_the_noise() -> None:
         "Model and records differ by 1.3 times the noise; what the model lacks is friction"
     )
     assert "(96 % sure)" in said
+
+
+@pytest.mark.parametrize("unheard_of", [[], ["friction would need a size of 3, beyond what any has"]])
+def test_why_nothing_is_named_is_said(unheard_of: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the best of the known effects would need that none has, else what stays beside it."""
+    monkeypatch.setattr(sentence, "of_the_unheard_of", lambda _: unheard_of)
+    monkeypatch.setattr(sentence, "_entrance", lambda _: "It acts somewhere.")
+    found = answered(("other",), 0.03, 0.05)
+    found.verdict.probability["other"] = 0.9
+    found.decision.leftovers = [ResidualDiagnostic("step", 50.0, 0.7)]
+    said = _of_the_gap(found)
+    assert ("what stays beside the best of them (friction) is 0.7 times the noise" in said) == (
+        not unheard_of
+    )
+    assert all(f"(90 % sure): {why}. It acts" in said for why in unheard_of)
 
 
 def test_no_gap_is_said_as_one() -> None:
