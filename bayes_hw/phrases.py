@@ -14,6 +14,11 @@ def listed(words: Sequence[str]) -> str:
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 
+def with_article(noun: str) -> str:
+    """One of what the noun names: a mode, an excess."""
+    return f"an {noun}" if noun[0] in "aeiou" else f"a {noun}"
+
+
 def log_evidence(gained: float) -> str:
     """How much likelier the records are under one explanation than under another, as a natural logarithm."""
     return f"log evidence {gained:+.0f}"

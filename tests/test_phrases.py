@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bayes_hw.phrases import in_percent, listed, plainly
+from bayes_hw.phrases import in_percent, listed, plainly, with_article
 
 
 @pytest.mark.parametrize(
@@ -13,6 +13,11 @@ from bayes_hw.phrases import in_percent, listed, plainly
 )
 def test_a_share_has_two_digits_and_no_exponent(share: float, said: str) -> None:
     assert in_percent(share) == said
+
+
+def test_an_article_goes_with_its_noun() -> None:
+    assert with_article("damping ratio") == "a damping ratio"
+    assert with_article("excess of static friction") == "an excess of static friction"
 
 
 def test_the_last_of_several_is_joined_by_and() -> None:

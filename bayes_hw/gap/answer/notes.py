@@ -15,6 +15,7 @@ from bayes_hw.gap.criticism.left_out import LeftOut
 from bayes_hw.gap.effects.words import label_words, parameter_words
 from bayes_hw.gap.fit.explanation import Explanation
 from bayes_hw.gap.search.attribute import Attribution
+from bayes_hw.phrases import with_article
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which another answer must predict left-out blocks better to be spoken of."""
@@ -71,13 +72,13 @@ def notes_on(
 
 def of_the_unheard_of(explanation: Explanation) -> list[str]:
     """What the best explanation would need that no effect of its kind has."""
-    hypothesis, found = explanation.fit.hypothesis, []
-    values = hypothesis.to_values(explanation.fit.coordinates)
-    for name in explanation.unheard_of:
-        row = [parameter.name for parameter in hypothesis.parameters].index(name)
-        amount = f"{values[row]:.3g} {hypothesis.parameters[row].unit}".rstrip()
-        label = label_words(name.partition(".")[0])
-        found.append(f"{label} would need a {parameter_words(name)} of {amount}, beyond what any has")
+    found = []
+    for parameter, value in zip(explanation.fit.hypothesis.parameters, explanation.fit.values, strict=True):
+        if parameter.name in explanation.unheard_of:
+            label = label_words(parameter.name.partition(".")[0])
+            needed = with_article(parameter_words(parameter.name))
+            amount = f"{value:.3g} {parameter.unit}".rstrip()
+            found.append(f"{label} would need {needed} of {amount}, beyond what any has")
     return found
 
 

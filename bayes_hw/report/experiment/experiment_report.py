@@ -7,6 +7,7 @@ import numpy as np
 from bayes_hw.identifiability.experiment_check import TOLERANCE, WidthCheck
 from bayes_hw.identifiability.next_experiment import FINAL_DRAWS, SEARCH_DRAWS, Candidate, Design
 from bayes_hw.infer.posterior import Posterior
+from bayes_hw.phrases import with_article
 from bayes_hw.provenance import Provenance
 from bayes_hw.report.experiment.figures_experiment import (
     CheckRow,
@@ -77,7 +78,7 @@ def _verdict(design: Design, check: WidthCheck | None) -> str:
         for i in shrinking[:SHOWN_IN_VERDICT]
     )
     sentences = [
-        f"Play {_article(winner.label)} of {format_duration(design.circumstances.duration_s)}: it is "
+        f"Play {with_article(winner.label)} of {format_duration(design.circumstances.duration_s)}: it is "
         f"expected to tell {winner.score:.1f} nats of information about {len(design.about)} parameters"
         + (
             f", where the first record's command again would tell {design.repeated.score:.1f}."
@@ -94,10 +95,6 @@ def _verdict(design: Design, check: WidthCheck | None) -> str:
             f"{100 * check.largest_error:.0f} %)."
         )
     return " ".join(sentences)
-
-
-def _article(label: str) -> str:
-    return f"an {label}" if label[0] in "aeiou" else f"a {label}"
 
 
 def _badges(design: Design, check: WidthCheck | None) -> tuple[Badge, ...]:

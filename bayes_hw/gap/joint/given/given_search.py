@@ -34,8 +34,9 @@ from bayes_hw.gap.joint.given.second_labels import beside_each, both_instead, se
 from bayes_hw.gap.joint.given.settled import settled
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again
 from bayes_hw.gap.joint.residuals.remainder import remainder_of
-from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, LEFT_OUT
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, port_candidates, slow_causes
+from bayes_hw.gap.joint.search.hidden_zone import LEFT_OUT
 from bayes_hw.gap.joint.search.joint_search import HALFWAY, MOST_EFFECTS, SEARCHED, JointAnswer, silent
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.period_anew import periodic_by_promise, with_period_anew

@@ -19,7 +19,7 @@ from bayes_hw.gap.joint.residuals.remainder import coloured_nats, leaves_a_cause
 from bayes_hw.gap.joint.residuals.rounded_readings import without_rounding
 from bayes_hw.gap.joint.residuals.tone import Tone, tone_in
 from bayes_hw.gap.joint.search.effect_moves import effect_candidates, slow_causes
-from bayes_hw.gap.joint.search.hidden_zone import where_it_shows
+from bayes_hw.gap.joint.search.hidden_zone import LEFT_OUT, where_it_shows
 from bayes_hw.gap.joint.search.known_input import KnownInput, with_known_inputs
 from bayes_hw.gap.joint.search.laws_of_states import every_law
 from bayes_hw.gap.joint.search.rival_paths import described
@@ -29,9 +29,6 @@ from bayes_hw.identify.experiment import white_noise_level
 from bayes_hw.phrases import log_evidence
 from bayes_hw.record import Record
 from bayes_hw.time_budget import at_most, seconds_left, time_is_up
-
-LEFT_OUT = "what a slow error may shift into the dead zone is left out"
-"""Said where a search goes on with samples that are clear of the zone."""
 
 CONTEST_SHARE = 0.3
 """Of the best label's nats, from which another is given the ports, forms and poles it asks for as well."""
@@ -71,7 +68,13 @@ class Beginning:
         """Grown on records at one rate; `told` is told of every step."""
         with at_most(GROWN * seconds_left()):
             base, readings = _begun(records, told)
+            clear = where_it_shows(base, records)
+            if clear is None:
+                base = with_heavy_tails(base, VERIFIED_NATS, readings.step)
             unfinished = time_is_up()
+        if clear is not None:
+            told(LEFT_OUT)
+            return replace(cls.of(clear, told), clear_of_zone=True)
         base, known = with_known_inputs(base)
         for one in known:
             told(f"known input {one.column} as a {one.way}: {log_evidence(one.nats)}")
@@ -79,11 +82,6 @@ class Beginning:
             readings = read_faults(base)
             if readings.nats:
                 base = weighted(base, readings.weights)
-        clear = where_it_shows(base, records)
-        if clear is not None:
-            told(LEFT_OUT)
-            return replace(cls.of(clear, told), clear_of_zone=True)
-        base = with_heavy_tails(base, VERIFIED_NATS, readings.step)
         return cls(base, readings, known, tuple(_first_labels(base, readings)), tone_in(base), unfinished)
 
     @property

@@ -23,6 +23,9 @@ from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import residuals_at
 from bayes_hw.record import Record
 
+LEFT_OUT = "what a slow error may shift into the dead zone is left out"
+"""Said where a search goes on with samples that are clear of the zone."""
+
 CLEAR = 2.5
 """Root mean squares of the slow error by which it may shift the axis."""
 

@@ -15,11 +15,11 @@ from bayes_hw.gap.joint.fit.structure_moves import SLACK_NATS, delayed, pruned
 from bayes_hw.gap.joint.residuals.readings import Readings, read_again, weighted
 from bayes_hw.gap.joint.residuals.remainder import Remainder, leaves_a_cause, remainder_of
 from bayes_hw.gap.joint.residuals.tone import Tone
-from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, LEFT_OUT, Beginning, one_more
+from bayes_hw.gap.joint.search.beginning import CONTEST_SHARE, FOLLOWED_SHARE, Beginning, one_more
 from bayes_hw.gap.joint.search.fallen_limits import FallenLimits, fallen_limits
 from bayes_hw.gap.joint.search.followed_path import FollowedPath
 from bayes_hw.gap.joint.search.grown_anew import with_leading_grown_anew
-from bayes_hw.gap.joint.search.hidden_zone import clear_of_zone
+from bayes_hw.gap.joint.search.hidden_zone import LEFT_OUT, clear_of_zone
 from bayes_hw.gap.joint.search.judged import judged
 from bayes_hw.gap.joint.search.known_input import KnownInput
 from bayes_hw.gap.joint.search.observer import follows_a_cycle, observed, unobserved

@@ -129,12 +129,11 @@ def takes_away(fit: JointFit, number: int) -> bool:
 def is_hidden_friction(fit: JointFit) -> bool:
     """Whether a law over a twist or its rate, or of what the drive asks for, looks at the speed of the axis:
     all are torques, which accelerate, and what follows the speed rubs."""
-    for number, effect in enumerate(fit.values.effects):
-        if effect.form in OF_DEMAND or (effect.looks_at_states and effect.form.base in TWISTS):
-            by_speed, by_acceleration = shares_of_motion(fit, number)
-            if by_speed > SEEN and by_acceleration < LITTLE * by_speed:
-                return True
-    return False
+    return any(
+        (effect.form in OF_DEMAND or (effect.looks_at_states and effect.form.base in TWISTS))
+        and rubs(fit, number, SEEN)
+        for number, effect in enumerate(fit.values.effects)
+    )
 
 
 def stands_for_friction(
@@ -146,13 +145,16 @@ def stands_for_friction(
     reading follows from afar."""
     if gained - by_friction >= max(LAW_LEAD, FORM_SHARE * gained):
         return False
-    return is_hidden_friction(fit) or (own is not None and looks_alike(fit, own) and rubs(own))
+    if is_hidden_friction(fit):
+        return True
+    return own is not None and looks_alike(fit, own) and rubs(own, len(own.values.effects) - 1, FROM_AFAR)
 
 
-def rubs(fit: JointFit) -> bool:
-    """Whether the last effect's law looks at what follows the speed, and more than the acceleration."""
-    by_speed, by_acceleration = shares_of_motion(fit, len(fit.values.effects) - 1)
-    return by_speed > FROM_AFAR and by_acceleration < LITTLE * by_speed
+def rubs(fit: JointFit, number: int, least: float) -> bool:
+    """Whether this share at least of what effect `number` looks at follows the speed, and little of that the
+    acceleration."""
+    by_speed, by_acceleration = shares_of_motion(fit, number)
+    return by_speed > least and by_acceleration < LITTLE * by_speed
 
 
 def looks_alike(one: JointFit, other: JointFit) -> bool:

@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.search.beginning import (
     Beginning,
     with_lasting_pole,
 )
+from bayes_hw.gap.joint.search.hidden_zone import LEFT_OUT
 from bayes_hw.gap.joint.search.verification import VERIFIED_NATS
 from bayes_hw.identify.growth.descent import Point, evaluate
 from bayes_hw.record import Record
@@ -148,5 +149,5 @@ def test_what_the_zone_hides_is_left_out_before_labels_are_begun(monkeypatch: py
     monkeypatch.setattr(beginning, "tone_in", lambda _: None)
     told: list[str] = []
     assert Beginning.of(whole, told.append).clear_of_zone
-    assert told == [beginning.LEFT_OUT]
+    assert told == [LEFT_OUT]
     assert not Beginning.of(clear, told.append).clear_of_zone
