@@ -29,7 +29,11 @@ def late_readings(seen: Seen, label: str) -> EffectView:
     runs, unit = seen.runs(seen.fit.values), seen.records[0].units.output
     read = [record.measured_samples for record in seen.records]
     speed = np.abs(np.concatenate([np.gradient(run.w)[m] for run, m in zip(runs, read, strict=True)]))
-    error = np.concatenate([seen.whitened(i, e[None, :])[0] for i, e in enumerate(seen.fit.errors)])
+    white = [
+        seen.fit.point.whitener.apply(e[None], 0, r.measured)[0]
+        for e, r in zip(seen.fit.errors, seen.records, strict=True)
+    ]
+    error = np.concatenate([e[m] for e, m in zip(white, read, strict=True)])
     x, y, half = binned(speed, error)
     told = seen.readings.parameters
     shares = sum(told.get(f"{label}.share_{kind}", 0.0) for kind in ("repeated", "held"))

@@ -58,12 +58,14 @@ class JointFit:
     def structure(self) -> Structure:
         return self.response.structure
 
-    @property
+    @cached_property
     def errors(self) -> list[FloatArray]:
         """Measured less simulated output (samples,) of every record and less its level where that is free,
-        unweighted, NaN where nothing was measured."""
-        found, weights = self.point.residuals, self.response.weights
-        return list(found) if weights is None else [e * w for e, w in zip(found, weights, strict=True)]
+        unweighted, also of readings that tell nothing; NaN where nothing was measured."""
+        if self.response.weights is None:
+            return list(self.point.residuals)
+        errors = self.response.errors(self.point.coordinates)
+        return [e - level for e, level in zip(errors, self._profiled_levels, strict=True)]
 
     @property
     def innovation_sigma(self) -> float:
@@ -76,6 +78,10 @@ class JointFit:
         form as its simulation does, since readings that correct it tell no level."""
         if self.observer is not None:
             return self.without_observer().levels
+        return self._profiled_levels
+
+    @property
+    def _profiled_levels(self) -> FloatArray:
         raw = self.response.residuals(self.point.coordinates)
         return levels_of(raw, self.response.level_shapes, self.point.whitener, self.point.masks)
 
@@ -165,7 +171,7 @@ class JointFit:
     @property
     def log_likelihood(self) -> float:
         weights = self.response.weights
-        lost = 0.0 if weights is None else sum(float(np.sum(np.log(w))) for w in weights)
+        lost = 0.0 if weights is None else sum(float(np.sum(np.log(w[np.isfinite(w)]))) for w in weights)
         return self.point.log_likelihood - lost
 
     @property

@@ -110,8 +110,8 @@ def _misfit(fit: JointFit, coordinates: FloatArray) -> float:
     """Sum of squares of the weighted residuals at other coordinates."""
     found = 0.0
     with np.errstate(over="ignore", invalid="ignore"):
-        for e, record in zip(fit.response.residuals(coordinates), fit.response.records, strict=True):
-            measured = e[record.measured_samples]
+        for e, told in zip(fit.response.residuals(coordinates), fit.response.told, strict=True):
+            measured = e[told]
             found += float(measured @ measured)
     return found if np.isfinite(found) else np.inf
 

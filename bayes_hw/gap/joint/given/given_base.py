@@ -68,12 +68,11 @@ def plainly(fit: GivenFit) -> GivenFit:
     low, high = response.given.bounds(response.part, response.further)
     rest = fit.point.coordinates[n:]
 
-    measured = [record.measured for record in response.records]
     root = np.sqrt(response.prior_precision()[:n]) * response.scale.sigma
 
     def residual(theta: FloatArray) -> FloatArray:
-        found = zip(response.residuals(np.concatenate([theta, rest])), measured, strict=True)
-        errors = np.concatenate([e if m is None else e[m] for e, m in found])
+        found = zip(response.residuals(np.concatenate([theta, rest])), response.told, strict=True)
+        errors = np.concatenate([e[told] for e, told in found])
         bounded = np.clip(np.nan_to_num(errors, nan=LARGEST), -LARGEST, LARGEST)
         return np.concatenate([bounded, root * theta])
 

@@ -112,7 +112,7 @@ class GivenResponse(JointResponse):
             rows[-1] = record.y - run.y
             if self.weights is not None:
                 rows /= self.weights[number]
-            yield rows, 0, record.measured
+            yield rows, 0, self.measured(number)
 
     def _turn(self, theta: FloatArray) -> FloatArray:
         """Derivatives (natural, base) of the natural parameters: to the logarithms of limits, half width and

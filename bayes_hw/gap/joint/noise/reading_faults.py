@@ -31,8 +31,8 @@ SURPRISE, UNLIKELY = 5.0, 1e-4
 GLITCH_LEVELS = 6.0
 FEWEST_GLITCHES = 6
 ISOLATED_SHARE = 0.6
-MASK = 1e4
-"""Weight by which the residual of a sample that tells nothing is divided."""
+MASK = np.inf
+"""Weight by which the residual of a sample that tells nothing is divided: it counts as not measured."""
 
 
 def rounding_step(records: Sequence[Record]) -> float | None:

@@ -13,7 +13,7 @@ from bayes_hw.gap.answer.shrink import Closure
 from bayes_hw.gap.answer.verdict import highest_density_interval
 from bayes_hw.gap.fit.draws import NORMAL_HALF_WIDTH, PROBABILITY
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
-from bayes_hw.gap.joint.noise.reading_faults import MASK, glitches
+from bayes_hw.gap.joint.noise.reading_faults import glitches
 from bayes_hw.gap.joint.residuals.remainder import samples_of_variance
 from bayes_hw.gap.joint.response.joint_values import JointValues
 
@@ -86,7 +86,7 @@ def spread(fit: JointFit) -> float:
     if weights is None:
         return fit.point.rms
     errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
-    kept = np.concatenate([e[(w < MASK / 2) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
+    kept = np.concatenate([e[np.isfinite(w) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
     return float(np.sqrt(np.mean(kept**2)))
 
 

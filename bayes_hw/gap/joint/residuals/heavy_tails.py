@@ -32,7 +32,8 @@ def tails_of(fit: JointFit, where: Sequence[BoolArray] | None = None) -> tuple[f
         squares = np.concatenate([a**2 for a in innovations(fit.point)])
     else:
         every = whitened(fit.point, fit.point.residuals)
-        squares = np.concatenate([a[mask] ** 2 for a, mask in zip(every, where, strict=True)])
+        both = [mask & told for mask, told in zip(where, fit.response.told, strict=True)]
+        squares = np.concatenate([a[mask] ** 2 for a, mask in zip(every, both, strict=True)])
     normal = log_likelihood_of_t(squares, NEARLY_NORMAL)
     nats = [log_likelihood_of_t(squares, n) - normal for n in DEGREES_OF_FREEDOM]
     best = int(np.argmax(nats))

@@ -35,9 +35,10 @@ def sum_kurtosis(fit: JointFit, window: int) -> float:
     values, margin = fit.values, CLEAR * fit.innovation_sigma
     reach = values.cascade.half_width + margin
     found: list[FloatArray] = []
-    for white, record in zip(innovations(fit.point), fit.response.records, strict=True):
-        w = np.abs(fit.response.simulate(values, record.u, record.known).w)
-        beyond = ((w > reach) & (np.abs(record.y) > margin))[record.measured_samples]
+    response = fit.response
+    for white, record, told in zip(innovations(fit.point), response.records, response.told, strict=True):
+        w = np.abs(response.simulate(values, record.u, record.known).w)
+        beyond = ((w > reach) & (np.abs(record.y) > margin))[told]
         if len(white) < window:
             continue
         ones = np.ones(window)

@@ -144,7 +144,7 @@ def in_a_rhythm(looked: Looked) -> Fault | None:
     far = glitches(looked.errors, looked.rounding_error)
     near = [np.where(m, running_median(e), e) for e, m in zip(looked.errors, far.masks, strict=True)]
     told = [
-        (w < MASK) & record.measured_samples & ~mask
+        np.isfinite(w) & record.measured_samples & ~mask
         for w, record, mask in zip(looked.weights, looked.records, far.masks, strict=True)
     ]
     by_either = (rhythm(errors, told) for errors in (whitened(looked.fit.point, near), near))
@@ -183,7 +183,7 @@ def rounded_beneath(looked: Looked) -> Fault | None:
     """Readings rounded before their noise, where no other fault but glitches is seen."""
     if looked.nats.keys() - {GLITCHES}:
         return None
-    told = [w < MASK for w in looked.weights]
+    told = [np.isfinite(w) for w in looked.weights]
     found = rounded_motion(
         [e[k] for e, k in zip(looked.residuals, told, strict=True)],
         [angle[k] for angle, k in zip(looked.angles, told, strict=True)],

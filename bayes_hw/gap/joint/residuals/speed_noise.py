@@ -70,9 +70,9 @@ def speed_noise(fit: JointFit, residuals: Sequence[FloatArray], slowest: float =
     """
     a = np.concatenate(innovations(fit.point, residuals))
     steps = speeds(fit)
-    records = fit.response.records
-    residuals = [np.where(r.measured_samples, e, 0.0) for r, e in zip(records, residuals, strict=True)]
-    d = np.concatenate([s[r.measured_samples] for r, s in zip(records, steps, strict=True)]) ** 2
+    told = fit.response.told
+    residuals = [np.where(mask, e, 0.0) for mask, e in zip(told, residuals, strict=True)]
+    d = np.concatenate([s[mask] for mask, s in zip(told, steps, strict=True)]) ** 2
     a, d = a[d >= slowest**2], d[d >= slowest**2]
     samples = len(a)
     unit = float(np.mean(d)) if samples else 0.0

@@ -23,7 +23,7 @@ from bayes_hw.identify.cascade import Structure
 from bayes_hw.identify.growth.cascade_response import CascadeResponse
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.levels import level_shapes
-from bayes_hw.identify.holes import masks_of, with_holes
+from bayes_hw.identify.holes import mask_of, masks_of, with_holes
 from bayes_hw.model.known_input import NO_COLUMNS, typical_cycles
 from bayes_hw.record import Record
 
@@ -31,7 +31,8 @@ from bayes_hw.record import Record
 @dataclass(frozen=True, eq=False)
 class JointResponse:
     """The weighted residuals of `records` as a function of the coordinates of `structure` with `template`'s
-    effects. `weights` (one array a record) divide residuals where given. G and the laws inside it take
+    effects. `weights` (one array a record) divide residuals where given; where they are infinite a sample
+    tells nothing and counts as not measured. G and the laws inside it take
     `steps` steps a sample; coordinates are those of samples, however many. The noise is that of the `cause`
     where there is one, which is normal, else a free autoregression whose innovations are Student t with
     `degrees_of_freedom`, normal where they are infinite."""
@@ -51,8 +52,21 @@ class JointResponse:
 
     @cached_property
     def masks(self) -> tuple[BoolArray, ...] | None:
-        """Which samples of every record were measured; None where all were."""
-        return masks_of(self.records)
+        """Which samples of every record were measured and tell something; None where all do."""
+        of_records = masks_of(self.records)
+        if self.weights is None or all(np.isfinite(w).all() for w in self.weights):
+            return of_records
+        told = tuple(np.isfinite(w) for w in self.weights)
+        return told if of_records is None else tuple(a & b for a, b in zip(of_records, told, strict=True))
+
+    @property
+    def told(self) -> tuple[BoolArray, ...]:
+        """`masks` as arrays (samples,) in every case."""
+        return self.masks or tuple(np.ones(len(record), dtype=np.bool_) for record in self.records)
+
+    def measured(self, number: int) -> BoolArray | None:
+        """That of one record; None where all its samples count."""
+        return mask_of(self.masks, number)
 
     @cached_property
     def level_shapes(self) -> tuple[FloatArray, ...]:
@@ -189,13 +203,16 @@ class JointResponse:
 
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, over its weights, NaN where nothing was
-        measured."""
+        measured or a reading tells nothing."""
+        found = self.errors(coordinates)
+        if self.weights is not None:
+            found = [e / w for e, w in zip(found, self.weights, strict=True)]
+        return [with_holes(e, self.measured(number)) for number, e in enumerate(found)]
+
+    def errors(self, coordinates: FloatArray) -> list[FloatArray]:
+        """Measured less simulated output of every record, NaN where nothing was measured."""
         packed = self.packed(self.values(coordinates))
-        found = []
-        for number, record in enumerate(self.records):
-            e = with_holes(record.y - self._along(packed, number)[0].y, record.measured)
-            found.append(e if self.weights is None else e / self.weights[number])
-        return found
+        return [r.y_or_nan - self._along(packed, number)[0].y for number, r in enumerate(self.records)]
 
     def noise_of(self, residuals: Sequence[FloatArray], most: int, previous: Whitener | None) -> Whitener:
         """Of the cause, or an autoregression of order up to `most`."""
@@ -262,7 +279,7 @@ class JointResponse:
             rows[-1] = record.y - run.y
             if self.weights is not None:
                 rows /= self.weights[number]
-            yield rows, 0, record.measured
+            yield rows, 0, self.measured(number)
 
     def effect_tangents(self, values: JointValues) -> list[FloatArray]:
         """For every record the derivatives (parameters, samples) of y by the coordinates of the last effect,

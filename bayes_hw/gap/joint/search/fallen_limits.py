@@ -126,10 +126,8 @@ def _likeliest(found: FallenLimits) -> tuple[int, ...]:
         left = []
         for begin in every:
             (tried,) = replace(found, instants=(begin,)).of([record])
-            e = np.where(
-                record.measured_samples, record.y - response.simulate(values, tried.u, record.known).y, 0.0
-            )
-            white = noise.apply((e / weights)[None], 0, None)
+            e = record.y - response.simulate(values, tried.u, record.known).y
+            white = noise.apply((e / weights)[None], 0, response.measured(number))
             left.append(float(np.sum(white**2)))
         instants.append(every[int(np.argmin(left))])
     return tuple(instants)

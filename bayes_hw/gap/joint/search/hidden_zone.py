@@ -85,9 +85,11 @@ def nats_inside(fit: JointFit, records: Sequence[Record], inside: Sequence[BoolA
     point, whitener, cause = fit.point, fit.slow, fit.response.cause
     if whitener is None or cause is None or not any(mask.any() for mask in inside):
         return 0.0
-    clear = [r.measured_samples for r in fit.response.records]
-    both = [a | b for a, b in zip(clear, inside, strict=True)]
-    response = replace(fit.response, records=_measured_where(records, both))
+    clear = fit.response.told
+    either = [a | b for a, b in zip(clear, inside, strict=True)]
+    response = replace(fit.response, records=_measured_where(records, either))
+    both = response.told
+    inside = [a & b for a, b in zip(inside, both, strict=True)]
     errors = residuals_at(response, point.coordinates, whitener)
     variance = fit.innovation_sigma**2
     if cause.cause != WIND:

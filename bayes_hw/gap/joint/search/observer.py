@@ -23,6 +23,7 @@ from bayes_hw.gap.joint.forms.effect_form import INNOVATION_COLUMN, Form
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.identify.cascade import CascadeValues
 from bayes_hw.identify.cascade_roots import section_poles
+from bayes_hw.identify.holes import with_holes
 
 OBSERVER = Form(
     "observer", "", "law", lambda _: (), lambda _: [()], K.INNOVATION, K.BASE_COMMAND, INNOVATION_COLUMN
@@ -121,9 +122,10 @@ def errors_ahead(fit: JointFit, samples: int) -> float:
     errors = []
     for number, (record, level) in enumerate(zip(fit.response.records, fit.levels, strict=True)):
         weights = 1.0 if fit.response.weights is None else fit.response.weights[number]
+        told = fit.response.measured(number)
         at = np.arange(len(record)) // samples
         for turn in range(3):
             free = at % 3 == turn
             run = fit.response.corrected_where(fit.values, number, ~free)
-            errors.append(((record.y_or_nan - level - run.y) / weights)[free])
+            errors.append(with_holes((record.y - level - run.y) / weights, told)[free])
     return float(np.nanmean(np.concatenate(errors) ** 2))
