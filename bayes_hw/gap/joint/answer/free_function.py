@@ -19,7 +19,6 @@ from bayes_hw.gap.joint.fit.joint_fit import JointFit
 from bayes_hw.gap.joint.residuals.readings import Readings
 from bayes_hw.gap.joint.response.joint_values import JointValues
 from bayes_hw.gap.joint.response.kernel_numbers import Simulated
-from bayes_hw.identify.holes import mask_of
 from bayes_hw.record import Record
 
 KNOTS = 13
@@ -76,7 +75,7 @@ class Seen:
 
     def whitened(self, number: int, rows: FloatArray) -> FloatArray:
         """Innovations (n, samples measured) of rows (n, samples) of a record, as the noise was fitted."""
-        measured = mask_of(self.fit.response.masks, number)
+        measured = self.fit.response.measured(number)
         white = self.fit.point.whitener.apply(rows, 0, measured)
         return white if measured is None else white[:, measured]
 

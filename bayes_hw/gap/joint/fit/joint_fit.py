@@ -65,7 +65,7 @@ class JointFit:
         if self.response.weights is None:
             return list(self.point.residuals)
         errors = self.response.errors(self.point.coordinates)
-        return [e - level for e, level in zip(errors, self._profiled_levels, strict=True)]
+        return [e - level for e, level in zip(errors, self._levels_in(errors), strict=True)]
 
     @property
     def innovation_sigma(self) -> float:
@@ -78,12 +78,11 @@ class JointFit:
         form as its simulation does, since readings that correct it tell no level."""
         if self.observer is not None:
             return self.without_observer().levels
-        return self._profiled_levels
+        return self._levels_in(self.response.errors(self.point.coordinates))
 
-    @property
-    def _profiled_levels(self) -> FloatArray:
-        raw = self.response.residuals(self.point.coordinates)
-        return levels_of(raw, self.response.level_shapes, self.point.whitener, self.point.masks)
+    def _levels_in(self, errors: Sequence[FloatArray]) -> FloatArray:
+        weighed = self.response.weighed(errors)
+        return levels_of(weighed, self.response.level_shapes, self.point.whitener, self.point.masks)
 
     @property
     def labels(self) -> tuple[str, ...]:

@@ -82,11 +82,7 @@ def rms(measured: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> floa
 
 def spread(fit: JointFit) -> float:
     """Standard deviation of a reading about its prediction, glitches left out, output units."""
-    weights = fit.response.weights
-    if weights is None:
-        return fit.point.rms
-    errors = [e * w for e, w in zip(fit.point.residuals, weights, strict=True)]
-    kept = np.concatenate([e[np.isfinite(w) & ~np.isnan(e)] for e, w in zip(errors, weights, strict=True)])
+    kept = np.concatenate([e[told] for e, told in zip(fit.errors, fit.response.told, strict=True)])
     return float(np.sqrt(np.mean(kept**2)))
 
 

@@ -11,7 +11,6 @@ from bayes_hw.arrays import FloatArray
 from bayes_hw.gap.joint.fit.joint_fit import AnyFit
 from bayes_hw.identify.growth.coloured import Whitener
 from bayes_hw.identify.growth.descent import evaluate, prior_precision
-from bayes_hw.identify.holes import mask_of
 
 RIDGE = 1e-9
 
@@ -49,5 +48,5 @@ def whitened_columns(fit: AnyFit, columns: Sequence[FloatArray], whitener: White
         own = columns[i]
         if response.weights is not None:
             own = own / response.weights[i]
-        white = whitener.apply(np.concatenate([own, rows]), 0, mask_of(response.masks, i))
+        white = whitener.apply(np.concatenate([own, rows]), 0, measured)
         yield white if measured is None else white[:, measured]

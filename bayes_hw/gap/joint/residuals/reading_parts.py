@@ -144,8 +144,8 @@ def in_a_rhythm(looked: Looked) -> Fault | None:
     far = glitches(looked.errors, looked.rounding_error)
     near = [np.where(m, running_median(e), e) for e, m in zip(looked.errors, far.masks, strict=True)]
     told = [
-        np.isfinite(w) & record.measured_samples & ~mask
-        for w, record, mask in zip(looked.weights, looked.records, far.masks, strict=True)
+        np.isfinite(w) & of_fit & ~mask
+        for w, of_fit, mask in zip(looked.weights, looked.fit.response.told, far.masks, strict=True)
     ]
     by_either = (rhythm(errors, told) for errors in (whitened(looked.fit.point, near), near))
     found = next((one for one in by_either if one.present), None)

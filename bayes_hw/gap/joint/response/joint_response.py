@@ -204,10 +204,13 @@ class JointResponse:
     def residuals(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, over its weights, NaN where nothing was
         measured or a reading tells nothing."""
-        found = self.errors(coordinates)
+        return self.weighed(self.errors(coordinates))
+
+    def weighed(self, errors: Sequence[FloatArray]) -> list[FloatArray]:
+        """Errors (samples,) of every record over its weights, NaN where these are infinite."""
         if self.weights is not None:
-            found = [e / w for e, w in zip(found, self.weights, strict=True)]
-        return [with_holes(e, self.measured(number)) for number, e in enumerate(found)]
+            errors = [e / w for e, w in zip(errors, self.weights, strict=True)]
+        return [with_holes(e, self.measured(number)) for number, e in enumerate(errors)]
 
     def errors(self, coordinates: FloatArray) -> list[FloatArray]:
         """Measured less simulated output of every record, NaN where nothing was measured."""
