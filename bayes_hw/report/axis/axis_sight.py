@@ -12,6 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from bayes_hw.arrays import FloatArray
 from bayes_hw.first_look.frequency_response import FrequencyResponse, frequency_response
 from bayes_hw.gap.joint.fit.joint_fit import JointFit
+from bayes_hw.gap.joint.posterior.joint_closure import differ
 from bayes_hw.gap.joint.posterior.joint_posterior import JointPosterior
 from bayes_hw.gap.joint.response.effect_paths import drive_response, through_drive
 from bayes_hw.infer.dead_zone_trade import Trade
@@ -204,7 +205,7 @@ class ErrorOver:
     @property
     def compared(self) -> bool:
         """Whether before and after differ at all."""
-        return not np.array_equal(self.before, self.after)
+        return differ(self.before, self.after, float(np.max(self.standard_error, initial=0.0)))
 
 
 def errors_over(records: Sequence[Record], base: JointFit, fit: JointFit) -> tuple[ErrorOver, ErrorOver]:

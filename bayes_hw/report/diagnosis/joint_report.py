@@ -14,6 +14,7 @@ from bayes_hw.gap.joint.answer.effect_view import effect_view
 from bayes_hw.gap.joint.answer.free_function import EffectView, Seen
 from bayes_hw.gap.joint.finding import MOST_SAID
 from bayes_hw.gap.joint.joint_diagnosis import JointDiagnosis
+from bayes_hw.gap.joint.posterior.joint_closure import differ
 from bayes_hw.identify.holes import with_holes
 from bayes_hw.infer.residual_tests import ResidualReport, examine_residuals
 from bayes_hw.provenance import Provenance
@@ -136,7 +137,7 @@ def _cause(diagnosis: JointDiagnosis) -> Badge:
 def _gone(diagnosis: JointDiagnosis) -> Badge:
     gap = diagnosis.verdict.gap_holdout
     low, high = gap.closed_hdi94
-    if not diagnosis.verdict.answer or np.array_equal(diagnosis.before, diagnosis.after):
+    if not (diagnosis.verdict.answer and differ(diagnosis.before, diagnosis.after, gap.rmse_before)):
         detail = f"the error on {diagnosis.holdout[0].name} is that of the plain model"
         return Badge("nothing was added", "warn" if diagnosis.verdict.answer else "good", detail)
     sure = (

@@ -96,6 +96,12 @@ def shown_spread(fit: JointFit) -> float:
     return max(spread(fit), held)
 
 
+def differ(one: FloatArray, other: FloatArray, error: float) -> bool:
+    """Whether two predictions, or what they leave, differ by more than one simulation in other coordinates
+    does, which leaves an `error` of this size."""
+    return bool(np.abs(one - other).max(initial=0.0) > ROUNDED * error)
+
+
 def closure_of(
     measured: Sequence[FloatArray],
     before: Sequence[FloatArray],
@@ -115,7 +121,7 @@ def closure_of(
     known = ~np.isnan(y)
     e0, e1 = (y - b)[known], (y - a)[known]
     rmse0, rmse1 = float(np.sqrt(np.mean(e0**2))), float(np.sqrt(np.mean(e1**2)))
-    if np.abs(e0 - e1).max(initial=0.0) <= ROUNDED * rmse0:
+    if not differ(e0, e1, rmse0):
         return Closure(rmse0, rmse1, floor.level, 0.0, (0.0, 0.0))
     if floor.hidden:
         truths = [np.concatenate(list(draw))[known] for draw in drawn]

@@ -15,6 +15,7 @@ from bayes_hw.gap.joint.noise.reading_faults import MASK
 from bayes_hw.gap.joint.posterior.joint_closure import (
     Floor,
     closure_of,
+    differ,
     of_axis,
     rms,
     shown_spread,
@@ -78,6 +79,14 @@ def test_readings_that_are_left_out_belong_to_what_is_shown(share: float) -> Non
     assert spread(fit) == pytest.approx(SIGMA, rel=0.05)
     if share < 0.01:
         assert shown_spread(fit) == pytest.approx(SIGMA, rel=0.08)
+
+
+def test_one_simulation_in_other_coordinates_does_not_differ() -> None:
+    """Rounding is no change, and closes nothing; a thousandth of the error is one."""
+    error = rms([ANGLE], [BEFORE])
+    assert not differ(BEFORE, BEFORE * (1 + 1e-15), error)
+    assert differ(BEFORE, BEFORE + 1e-3 * error, error)
+    assert closed(ANGLE, BEFORE * (1 + 1e-15), Floor(SIGMA, 0.02 * SIGMA, SIGMA)) == (0.0, 0.0, 0.0)
 
 
 def test_readings_that_walk_do_not_tell_what_is_left() -> None:
