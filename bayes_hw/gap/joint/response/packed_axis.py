@@ -168,7 +168,8 @@ class PackedAxis:
         shown: tuple[FloatArray, FloatArray] | None = None,
     ) -> tuple[Simulated, FloatArray]:
         """Simulate from rest, with tangents (columns, samples) of y by numbers; an observer corrects by what
-        is `shown` with the trust in it, and without that does nothing."""
+        is `shown` with the trust in it, and without that does nothing. The readings of a motion that
+        overflows are infinite from the first on, so that no hole in a record hides where it left the axis."""
         n, length = self._numbers, len(u)
         axis = self.axis(length)
         count = len(n.laws)
@@ -198,6 +199,8 @@ class PackedAxis:
         delayed[delay:] = u[: length - delay]
         where = n.columns(columns, read)
         respond_jointly(delayed, axis, self.steps, where, run, rows)
+        if not np.isfinite(run.w[-1:]).all():
+            run.y[:] = np.inf
         if self.tangents:
             self._stepped.chain(rows, where.paths)
         return run, rows

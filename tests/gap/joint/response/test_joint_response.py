@@ -163,3 +163,19 @@ def test_what_slips_follows_the_twist_beyond_what_grips() -> None:
     assert np.mean(np.diff(expected) == 0) > 0.3
     assert np.ptp(expected) > 1.0
     np.testing.assert_allclose(run.torques[0], expected, atol=1e-12)
+
+
+def test_no_hole_hides_a_motion_that_overflows() -> None:
+    """The squares of its errors are not finite, though the encoder was silent where it left the axis, and
+    though a motion that is no number lies neither above the dead zone nor below."""
+    stiffening = torque(form("cubic_stiffness"), (1.0,), 1e3, 1.0)
+    response, values = response_with((stiffening,), SAMPLES)
+    w = response.simulate(values, response.records[0].u).w
+    left = int(np.flatnonzero(~np.isfinite(w) | (np.abs(w) > 1.0))[0])
+    assert np.isnan(w[-1])
+    assert 0 < left < SAMPLES - 10
+    measured = np.arange(SAMPLES) < left
+    silent = replace(response, records=[replace(response.records[0], measured=measured)])
+    (residual,) = silent.residuals(silent.coordinates(values))
+    assert np.isinf(residual[measured]).all()
+    assert np.isnan(residual[~measured]).all()
