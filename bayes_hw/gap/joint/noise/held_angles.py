@@ -21,7 +21,7 @@ held, beside which other samples are ahead."""
 STRETCH, CHANCE = 25, 0.5
 """Samples that share a lag, and the nats that a number gains by chance."""
 
-LONGEST_HELD, MEDIAN_ROUNDS = 3, 3
+LONGEST_HELD, MEDIAN_ROUNDS = 12, 3
 """Samples for which an angle is held at most; rounds in which what is slow is told beside what is held."""
 
 
@@ -43,8 +43,8 @@ def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], n
     """Samples that show an angle of up to LONGEST_HELD samples before under noise of their own: their
     residual departs from that of their neighbours by the step of `angles` to them, against the motion.
 
-    A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood; nats are over one
-    without held ones, of the residuals or of what a lag that differs from STRETCH to stretch leaves of them,
+    A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood, every sample that
+    is held as likely to be followed by another one; nats are over one without held ones, of the residuals or of what a lag that differs from STRETCH to stretch leaves of them,
     as a model that lags does; less EITHER_WAY times what steps along the motion gain, as those of odd
     instants do.
     """
@@ -74,9 +74,9 @@ def _beside_slow(
         usual = max(robust_sigma(e - expected - slow), noise, float(np.finfo(float).tiny))
         d = (e - slow) / usual
         plain, far = np.exp(-0.5 * d**2), np.exp(-0.5 * (d / FAR) ** 2) / FAR
-        total, parts = _mixture([plain, far, *np.exp(-0.5 * (d - offsets / usual) ** 2)])
-        expected = np.sum(parts[2:] * offsets, axis=0)
-    return total - len(e) * float(np.log(usual)), np.sum(parts[2:], axis=0)
+        total, held = _mixture(plain, far, np.exp(-0.5 * (d - offsets / usual) ** 2))
+        expected = np.sum(held * offsets, axis=0)
+    return total - len(e) * float(np.log(usual)), np.sum(held, axis=0)
 
 
 def _without_lags(
@@ -106,12 +106,19 @@ def _steps_back(angle: FloatArray) -> FloatArray:
     return np.stack(before) - angle
 
 
-def _mixture(densities: Sequence[FloatArray]) -> tuple[float, FloatArray]:
-    """Log-likelihood of a mixture of `densities` (samples,) at its likeliest shares, and what of every sample
-    belongs to each (densities, samples)."""
-    stacked = np.stack(densities) + np.finfo(float).tiny
+def _mixture(usual: FloatArray, far: FloatArray, held: FloatArray) -> tuple[float, FloatArray]:
+    """Log-likelihood of a mixture of densities (samples,) at its likeliest shares, and what of every sample
+    belongs to each of those that are `held` (kinds, samples): the second falls short of the first by the
+    share by which the third does of the second."""
+    stacked = np.stack([usual, far, *held]) + np.finfo(float).tiny
     shares = np.full((len(stacked), 1), 1 / len(stacked))
+    longer = np.arange(len(held))
     for _ in range(ROUNDS):
         parts = shares * stacked / np.sum(shares * stacked, axis=0)
         shares = np.mean(parts, axis=1, keepdims=True)
-    return float(np.sum(np.log(np.sum(shares * stacked, axis=0)))), parts
+        if len(held):
+            whole = float(np.sum(shares[2:]))
+            further = float(longer @ shares[2:, 0])
+            falling = (further / max(whole + further, float(np.finfo(float).tiny))) ** longer
+            shares[2:, 0] = whole * falling / np.sum(falling)
+    return float(np.sum(np.log(np.sum(shares * stacked, axis=0)))), parts[2:]

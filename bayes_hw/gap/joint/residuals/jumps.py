@@ -31,7 +31,8 @@ def jumps(fit: JointFit) -> bool:
 
 
 def sum_kurtosis(fit: JointFit, window: int) -> float:
-    """Excess kurtosis of sums of so many innovations clear of the dead zone; zero where these are few."""
+    """Excess kurtosis of sums of so many innovations clear of the dead zone, without the largest of them and
+    what overlaps it: what happens once is no way to move. Zero where these are few."""
     values, margin = fit.values, CLEAR * fit.innovation_sigma
     reach = values.cascade.half_width + margin
     found: list[FloatArray] = []
@@ -45,4 +46,7 @@ def sum_kurtosis(fit: JointFit, window: int) -> float:
         clear = np.convolve(beyond, ones, "valid") > window - 0.5
         found.append(np.convolve(white, ones, "valid")[clear])
     a = np.concatenate([np.zeros(0), *found])
+    if len(a) >= FEWEST:
+        once = int(np.argmax(np.abs(a)))
+        a = np.delete(a, slice(max(once - window + 1, 0), once + window))
     return float(np.mean(a**4) / np.mean(a**2) ** 2 - 3) if len(a) >= FEWEST else 0.0

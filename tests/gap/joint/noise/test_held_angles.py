@@ -32,6 +32,21 @@ def test_angles_held_beneath_fresh_noise_are_found(share: float) -> None:
     assert np.mean(found.masks[0][fast] == kept[fast]) > 0.92
 
 
+def test_an_angle_held_for_long_is_found() -> None:
+    """Of angles that are held by chance a few are held for many samples; what steps back that far is told
+    from slow noise by the others."""
+    rng = np.random.default_rng(12)
+    angle = _swing(6000)
+    kept = rng.random(6000) < 0.4
+    kept[0] = False
+    since = np.arange(6000) - np.maximum.accumulate(np.where(kept, 0, np.arange(6000)))
+    shown = angle[np.arange(6000) - since] + rng.standard_normal(6000)
+    found = held_angles([shown - angle], [angle], 0.0)
+    long = (since > 3) & (np.abs(np.gradient(angle)) > 3)
+    assert np.sum(long) > 40
+    assert np.mean(found.masks[0][long]) > 0.9
+
+
 @pytest.mark.parametrize("kind", ["noise", "glitches", "jitter", "late", "coloured"])
 def test_nothing_else_is_an_angle_held(kind: str) -> None:
     """Glitches either way, instants that are off either way, a constant lag, and slow errors are not."""

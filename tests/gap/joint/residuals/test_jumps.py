@@ -55,3 +55,15 @@ def test_leaps_of_several_samples_show_in_sums() -> None:
     fit = fitted(leaps, of_axis=False)
     assert jumps(fit)
     assert sum_kurtosis(fit, 6) > 2 * sum_kurtosis(fit, 1)
+
+
+@pytest.mark.parametrize("leaps_of", [1, 2], ids=["one record", "every record"])
+def test_what_happens_once_does_not_come_in_jumps(leaps_of: int) -> None:
+    """A single shift of a walk makes the fourth moment of all innovations, and tells nothing of how it moves;
+    one in every record does."""
+    sizes = iter([20 * SIGMA] * leaps_of + [0.0] * 2)
+
+    def leap(rng: np.random.Generator) -> FloatArray:
+        return walk(rng) + next(sizes) * (np.arange(SAMPLES) > SAMPLES // 2)
+
+    assert jumps(fitted(leap, of_axis=False)) == (leaps_of > 1)
