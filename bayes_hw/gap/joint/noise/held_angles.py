@@ -44,9 +44,9 @@ def held_angles(residuals: Sequence[FloatArray], angles: Sequence[FloatArray], n
     residual departs from that of their neighbours by the step of `angles` to them, against the motion.
 
     A mixture of usual readings, held ones, and FAR ones with shares of maximal likelihood, every sample that
-    is held as likely to be followed by another one; nats are over one without held ones, of the residuals or of what a lag that differs from STRETCH to stretch leaves of them,
-    as a model that lags does; less EITHER_WAY times what steps along the motion gain, as those of odd
-    instants do.
+    is held as likely to be followed by another one; nats are over one without held ones, of the residuals or
+    of what a lag that differs from STRETCH to stretch leaves of them, as a model that lags does; less
+    EITHER_WAY times what steps along the motion gain, as those of odd instants do.
     """
     behind = np.concatenate([_steps_back(angle) for angle in angles], axis=1)
     without, _ = _beside_slow(residuals, behind[:0], noise)
