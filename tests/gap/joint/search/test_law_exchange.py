@@ -77,7 +77,7 @@ def test_a_law_beside_another_one_is_exchanged_too(first: bool) -> None:
     """Whichever stands first, and though it is of a form that is looked for around a model alone."""
     band = next(one for one in DRIVE_FORMS if one.name == "dead band of the drive")
     wrong = replace(RUB, form=band, values=np.array([0.02]))
-    spring = torque(form("cubic_stiffness"), (0.0,), 0.001)
+    spring = torque(form("cubic_stiffness"), (0.0,), 1e-8)
     both = (wrong, spring) if first else (spring, wrong)
     response, values = response_with(both, SAMPLES)
     seen = record(response.simulate(values, command(SAMPLES, 1)).y, 1)
